@@ -1,0 +1,39 @@
+"""CAD in, exact geometry out: named parts of a STEP file and closest points on their faces.
+
+Importing this package loads nothing heavy: each public name brings its own module the first
+time it is used.
+"""
+
+from importlib import import_module
+
+_HOME = {
+    "read_step": "cadlink.step",
+    "Assembly": "cadlink.step",
+    "Part": "cadlink.step",
+    "ToolSurface": "cadlink.surface",
+    "Projection": "cadlink.surface",
+    "mesh_blank": "cadlink.blank",
+    "Mesh": "cadlink.blank",
+    "CadError": "cadlink.errors",
+}
+
+__all__ = [
+    "Assembly",
+    "CadError",
+    "Mesh",
+    "Part",
+    "Projection",
+    "ToolSurface",
+    "mesh_blank",
+    "read_step",
+]
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module 'cadlink' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__():
+    return sorted(__all__)

@@ -1,0 +1,184 @@
+"""The parts of a STEP file with names, colours and places. Runs in the reading process only."""
+
+from collections import Counter
+
+from OCP.IFSelect import IFSelect_RetDone
+from OCP.Quantity import Quantity_Color
+from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.STEPControl import STEPControl_Reader
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TColStd import TColStd_SequenceOfAsciiString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDF import TDF_Label, TDF_LabelSequence
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopLoc import TopLoc_Location
+from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+UNITS = {
+    "millimetre": "mm",
+    "metre": "m",
+    "centimetre": "cm",
+    "micrometre": "um",
+    "inch": "inch",
+    "foot": "ft",
+}
+
+
+def read_parts(path, part_record):
+    """{"unit", "parts": [(name, colour, record)]} of a STEP file, or {"error": line}."""
+    document = TDocStd_Document(TCollection_ExtendedString("cad"))
+    XCAFDoc_ShapeTool.SetAutoNaming_s(False)
+    reader = STEPCAFControl_Reader()
+    reader.SetNameMode(True)
+    reader.SetColorMode(True)
+    if reader.ReadFile(path) != IFSelect_RetDone:
+        return {"error": "it starts like STEP but OpenCASCADE cannot parse it"}
+    unit = source_unit(reader.ChangeReader())
+    if not reader.Transfer(document):
+        return {"error": "found STEP data but no shape in it, expected solids, shells or faces"}
+    shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    colors = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+    roots = TDF_LabelSequence()
+    shapes.GetFreeShapes(roots)
+    found = []
+    for i in range(1, roots.Length() + 1):
+        collect(roots.Value(i), TopLoc_Location(), None, colors, found)
+    if not found:
+        return {"error": "found no face in it, expected solids, shells or faces"}
+    names = distinct([name for name, _, _ in found])
+    return {
+        "unit": unit,
+        "parts": [
+            (name, color, part_record(shape))
+            for name, (_, color, shape) in zip(names, found, strict=True)
+        ],
+    }
+
+
+def source_unit(reader: STEPControl_Reader):
+    """The file's own length unit."""
+    lengths, angles, solid_angles = (TColStd_SequenceOfAsciiString() for _ in range(3))
+    reader.FileUnits(lengths, angles, solid_angles)
+    found = [lengths.Value(i).ToCString().lower() for i in range(1, lengths.Length() + 1)]
+    if not found:
+        return "mm"
+    return UNITS.get(found[0], found[0])
+
+
+def collect(label, place, color, colors, found):
+    """Append (name, colour, placed shape) of every solid, free shell and free face below a label."""
+    color = label_color(label, colors) or color
+    if XCAFDoc_ShapeTool.IsReference_s(label):
+        place = place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(label))
+        product = TDF_Label()
+        XCAFDoc_ShapeTool.GetReferredShape_s(label, product)
+        label = product
+        color = color or label_color(label, colors)
+    if XCAFDoc_ShapeTool.IsAssembly_s(label):
+        parts = TDF_LabelSequence()
+        XCAFDoc_ShapeTool.GetComponents_s(label, parts)
+        for i in range(1, parts.Length() + 1):
+            collect(parts.Value(i), place, color, colors, found)
+        return
+    shape = XCAFDoc_ShapeTool.GetShape_s(label)
+    bodies = bodies_of(shape)
+    own_names = sub_shape_names(label)
+    for body in bodies:
+        name = label_name(label)
+        if len(bodies) > 1:
+            name = next((n for s, n in own_names if s.IsSame(body)), name)
+        own = shape_color(body, colors) or color or face_color(body, colors)
+        found.append((name, own, body.Moved(place)))
+
+
+def bodies_of(shape):
+    """Solids, then shells outside solids, then faces outside shells."""
+    bodies = []
+    for kind, avoid in (
+        (TopAbs_SOLID, None),
+        (TopAbs_SHELL, TopAbs_SOLID),
+        (TopAbs_FACE, TopAbs_SHELL),
+    ):
+        walk = TopExp_Explorer(shape, kind)
+        if avoid is not None:
+            walk = TopExp_Explorer(shape, kind, avoid)
+        while walk.More():
+            bodies.append(walk.Current())
+            walk.Next()
+    return [b for b in bodies if TopExp_Explorer(b, TopAbs_FACE).More()]
+
+
+def distinct(names):
+    """Names as they are; "solid" for none; "-2", "-3" after the second and third of a kind."""
+    names = [n or "solid" for n in names]
+    total, seen, taken, result = Counter(names), Counter(), set(names), []
+    for name in names:
+        seen[name] += 1
+        k = seen[name]
+        new = name if k == 1 and name != "solid" else f"{name}-{k}"
+        while total[name] > 1 and k > 1 and new in taken:
+            k += 1
+            new = f"{name}-{k}"
+        taken.add(new)
+        result.append(new)
+    return result
+
+
+def label_name(label):
+    name = TDataStd_Name()
+    if not label.FindAttribute(TDataStd_Name.GetID_s(), name):
+        return ""
+    return name.Get().ToExtString().strip()
+
+
+def sub_shape_names(label):
+    """(shape, name) of the named solids and shells inside a product."""
+    parts = TDF_LabelSequence()
+    XCAFDoc_ShapeTool.GetSubShapes_s(label, parts)
+    labels = [parts.Value(i) for i in range(1, parts.Length() + 1)]
+    named = [(XCAFDoc_ShapeTool.GetShape_s(x), label_name(x)) for x in labels]
+    return [(s, n) for s, n in named if n]
+
+
+KINDS_OF_COLOR = (
+    XCAFDoc_ColorType.XCAFDoc_ColorSurf,
+    XCAFDoc_ColorType.XCAFDoc_ColorGen,
+    XCAFDoc_ColorType.XCAFDoc_ColorCurv,
+)
+
+
+def label_color(label, colors):
+    for kind in KINDS_OF_COLOR:
+        color = Quantity_Color()
+        if colors.GetColor_s(label, kind, color):
+            return rgb(color)
+    return None
+
+
+def shape_color(shape, colors):
+    for kind in KINDS_OF_COLOR:
+        color = Quantity_Color()
+        if colors.GetColor(shape, kind, color):
+            return rgb(color)
+    return None
+
+
+def face_color(shape, colors):
+    """The most frequent colour of its faces."""
+    counts = Counter()
+    walk = TopExp_Explorer(shape, TopAbs_FACE)
+    while walk.More():
+        counts[shape_color(walk.Current(), colors)] += 1
+        walk.Next()
+    counts.pop(None, None)
+    return counts.most_common(1)[0][0] if counts else None
+
+
+def rgb(color):
+    """(r, g, b) in 0..1 as the file has it (sRGB; OpenCASCADE keeps it linear)."""
+    linear = (color.Red(), color.Green(), color.Blue())
+    return tuple(
+        round(12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055, 4) for c in linear
+    )

@@ -1,0 +1,320 @@
+"""What OpenCASCADE knows of a STEP file, as plain arrays. Runs as a process of its own:
+
+    python -m cadlink.brep FILE OUT
+
+writes a pickle of {"unit", "parts"} or {"error"} to OUT. A file that crashes OpenCASCADE then costs
+one line, not the session. `step.py` starts it and reads the pickle.
+"""
+
+import io
+import pickle
+import sys
+from collections import Counter
+
+import numpy as np
+from OCP.Bnd import Bnd_Box
+from OCP.BinTools import BinTools
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideContinuity
+from OCP.TopAbs import (
+    TopAbs_EDGE,
+    TopAbs_FACE,
+    TopAbs_FORWARD,
+    TopAbs_REVERSED,
+    TopAbs_SOLID,
+    TopAbs_WIRE,
+)
+from OCP.TopExp import TopExp, TopExp_Explorer
+from OCP.TopoDS import TopoDS, TopoDS_Iterator
+from OCP.TopTools import TopTools_IndexedMapOfShape
+
+from cadlink.curves import edge_curve, trace_of, xyz
+from cadlink.display import enclosed_volume, tessellate
+from cadlink.faces import KINDS, PLANE, FaceProbe, face_record
+from cadlink.loops import matched, pieces_of_wire, uv_box
+
+CREASE = 1e-4  # rad: smoother C0 knots of a B-spline are not made into edges
+
+
+def explore(shape, kind, avoid=None):
+    """Sub-shapes of one kind in file order, each once."""
+    seen = TopTools_IndexedMapOfShape()
+    found = []
+    walk = TopExp_Explorer(shape, kind) if avoid is None else TopExp_Explorer(shape, kind, avoid)
+    while walk.More():
+        if not seen.Contains(walk.Current()):
+            seen.Add(walk.Current())
+            found.append(walk.Current())
+        walk.Next()
+    return found
+
+
+def faces_of(shape):
+    return [TopoDS.Face_s(f) for f in explore(shape, TopAbs_FACE)]
+
+
+# --- one part ------------------------------------------------------------------------------------
+
+
+def part_record(shape):
+    """Everything the parent keeps of one solid, shell or face, already placed and in mm."""
+    shape, flipped = outward(shape)
+    faces = faces_of(shape)
+    stream = io.BytesIO()
+    BinTools.Write_s(shape, stream)
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    corners = np.array([xyz(box.CornerMin()), xyz(box.CornerMax())])
+    points, cells = tessellate(shape, faces, float(np.linalg.norm(corners[1] - corners[0])))
+    solid = shape.ShapeType() == TopAbs_SOLID
+    kinds = [KINDS[FaceProbe(f).adaptor.GetType()] for f in faces]
+    divided, parent_face = divide_creases(shape, faces)
+    return {
+        "solid": solid,
+        "brep": stream.getvalue(),
+        "box": corners,
+        "kinds": Counter(kinds),
+        "kind_of_face": kinds,
+        "points": points,
+        "cells": cells,
+        "planes": plane_records(faces, kinds),
+        "skin": skin_record(divided, parent_face),
+        "flipped": flipped,
+    }
+
+
+def outward(shape):
+    """The shape with normals out of the material: a solid written inside out is turned round."""
+    if shape.ShapeType() != TopAbs_SOLID:
+        return shape, False
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, True, False, True)
+    if properties.Mass() < 0.0:
+        return shape.Reversed(), True
+    return shape, False
+
+
+def plane_records(faces, kinds):
+    """Planar faces: (centroid (3,), outward normal (3,), area, face index)."""
+    found = []
+    for i, (face, kind) in enumerate(zip(faces, kinds, strict=True)):
+        if kind != "plane":
+            continue
+        properties = GProp_GProps()
+        BRepGProp.SurfaceProperties_s(face, properties)
+        probe = FaceProbe(face)
+        normal = probe.normal((0.0, 0.0))
+        found.append((xyz(properties.CentreOfMass()), normal, properties.Mass(), i))
+    return found
+
+
+def divide_creases(shape, faces):
+    """The shape with an edge along every crease inside a face, and which face each part is from.
+
+    A B-spline with a knot of full multiplicity may have a crease there that the topology does not
+    know of.
+    """
+    same = [(f, i) for i, f in enumerate(faces)]
+    if not any(may_crease(f) for f in faces):
+        return [f for f, _ in same], [i for _, i in same]
+    from OCP.GeomAbs import GeomAbs_Shape  # needed only here
+
+    tool = ShapeUpgrade_ShapeDivideContinuity(shape)
+    tool.SetSurfaceCriterion(GeomAbs_Shape.GeomAbs_C1)
+    tool.SetPCurveCriterion(GeomAbs_Shape.GeomAbs_C0)
+    tool.SetBoundaryCriterion(GeomAbs_Shape.GeomAbs_C0)
+    tool.SetTolerance(1e-7)
+    if not tool.Perform():
+        return [f for f, _ in same], [i for _, i in same]
+    context = tool.GetContext()
+    divided, parent = [], []
+    for face, i in same:
+        for new in faces_of(context.Apply(face)):
+            divided.append(new)
+            parent.append(i)
+    return divided, parent
+
+
+def may_crease(face):
+    surface = BRep_Tool.Surface_s(face)
+    if type(surface).__name__ == "Geom_BSplineSurface":
+        inner_u = range(2, surface.NbUKnots())
+        inner_v = range(2, surface.NbVKnots())
+        return any(surface.UMultiplicity(i) >= surface.UDegree() for i in inner_u) or any(
+            surface.VMultiplicity(i) >= surface.VDegree() for i in inner_v
+        )
+    basis = getattr(surface, "BasisCurve", None)
+    curve = basis() if basis else None
+    if type(curve).__name__ == "Geom_BSplineCurve":
+        degree = curve.Degree()
+        return any(curve.Multiplicity(i) >= degree for i in range(2, curve.NbKnots()))
+    return False
+
+
+# --- its skin ------------------------------------------------------------------------------------
+
+
+def skin_record(faces, parent_face):
+    """Faces with their trims, edges with their two sides, vertices with their corners."""
+    edge_ids, vertex_ids = TopTools_IndexedMapOfShape(), TopTools_IndexedMapOfShape()
+    for face in faces:
+        TopExp.MapShapes_s(face, TopAbs_EDGE, edge_ids)
+    edges = [TopoDS.Edge_s(edge_ids.FindKey(i + 1)) for i in range(edge_ids.Extent())]
+    curves = [edge_curve(e) for e in edges]
+    records, trims, boxes = [], [], []
+    sides = [[] for _ in edges]  # (face, uv samples) of each edge
+    corners = []  # (vertex, face, weighted normal, uv) of each corner of a face
+    for number, face in enumerate(faces):
+        probe = FaceProbe(face)
+        traces, pieces = [], []
+        for wire in wires_of(probe.face):
+            coedges = coedges_of(wire, probe.face)
+            if not coedges:
+                continue
+            mine = [t for _, t in coedges]
+            following = matched(mine)
+            pieces += pieces_of_wire(mine, following)
+            traces += mine
+            for edge, trace in coedges:
+                sides[edge_ids.FindIndex(edge) - 1].append((number, trace.samples))
+            corners += corners_of(probe, number, coedges, following, vertex_ids)
+        if not traces:
+            raise ValueError(f"face {number} has no boundary that could be read")
+        box = uv_box(traces, pieces)
+        boxes.append(box)
+        trims.append(pieces)
+        records.append(face_record(probe, box))
+    probes = [FaceProbe(f) for f in faces]
+    gaps = [edge_gap(e, c, s, probes) for e, c, s in zip(edges, curves, sides, strict=True)]
+    kept = [i for i, c in enumerate(curves) if c is not None]
+    vertices = [TopoDS.Vertex_s(vertex_ids.FindKey(i + 1)) for i in range(vertex_ids.Extent())]
+    return {
+        "faces": records,
+        "parent_face": np.array(parent_face),
+        "trims": trims,
+        "uv_boxes": np.array(boxes),
+        "edges": [curves[i] for i in kept],
+        "sides": [sides[i] for i in kept],
+        "edge_gaps": np.array([gaps[i] for i in kept]),
+        "edge_tolerances": np.array([BRep_Tool.Tolerance_s(edges[i]) for i in kept]),
+        "vertices": np.array([xyz(BRep_Tool.Pnt_s(v)) for v in vertices]).reshape(-1, 3),
+        "vertex_gaps": vertex_gaps(edges, curves, vertices, vertex_ids),
+        "vertex_tolerances": np.array([BRep_Tool.Tolerance_s(v) for v in vertices]),
+        "corners": corners,
+    }
+
+
+def wires_of(face):
+    walk = TopoDS_Iterator(face)
+    while walk.More():
+        if walk.Value().ShapeType() == TopAbs_WIRE:
+            yield walk.Value()
+        walk.Next()
+
+
+def coedges_of(wire, face):
+    """(edge, Trace) round a wire, in the order and direction of the wire."""
+    found = []
+    walk = TopoDS_Iterator(wire)
+    while walk.More():
+        edge = TopoDS.Edge_s(walk.Value())
+        if edge.Orientation() in (TopAbs_FORWARD, TopAbs_REVERSED):
+            trace = trace_of(edge, face, edge.Orientation() == TopAbs_REVERSED)
+            if trace is not None and trace.arcs:
+                found.append((edge, trace))
+        walk.Next()
+    return found
+
+
+def edge_gap(edge, curve, sides, probes):
+    """Largest distance found between an edge and its traces on the faces, at 9 stations [mm]."""
+    if curve is None or not sides:
+        return 0.0
+    adaptor = BRepAdaptor_Curve(edge)
+    gap = 0.0
+    for face, samples in sides:
+        stations = range(len(samples)) if len(samples) < 9 else range(0, len(samples), 4)
+        for k in stations:
+            t = curve.first + (curve.last - curve.first) * k / (len(samples) - 1)
+            miss = xyz(adaptor.Value(t)) - probes[face].point(samples[k])
+            gap = max(gap, float(np.linalg.norm(miss)))
+    return gap
+
+
+def vertex_gaps(edges, curves, vertices, vertex_ids):
+    """Largest distance between a vertex and the ends of the edges that meet there [mm]."""
+    gaps = np.zeros(len(vertices))
+    for edge, curve in zip(edges, curves, strict=True):
+        if curve is None:
+            continue
+        adaptor = BRepAdaptor_Curve(edge)
+        forward = TopoDS.Edge_s(edge.Oriented(TopAbs_FORWARD))
+        ends = (TopExp.FirstVertex_s(forward), curve.first), (
+            TopExp.LastVertex_s(forward),
+            curve.last,
+        )
+        for vertex, t in ends:
+            i = vertex_ids.FindIndex(vertex) - 1
+            if i >= 0:
+                miss = xyz(adaptor.Value(t)) - xyz(BRep_Tool.Pnt_s(vertex))
+                gaps[i] = max(gaps[i], float(np.linalg.norm(miss)))
+    return gaps
+
+
+def corners_of(probe, number, coedges, following, vertex_ids):
+    """Corners (vertex, face, weighted normal, uv) between the coedges of one wire.
+
+    The weighted normal is the integral of the face's outward normal over the angle of the corner:
+    summed over the corners at a vertex it is the pseudo-normal whose sign tells inside from
+    outside (Baerentzen & Aanaes 2005).
+    """
+    found = []
+    for i, (edge, trace) in enumerate(coedges):
+        if BRep_Tool.Degenerated_s(edge):
+            continue
+        j = following[i]
+        while BRep_Tool.Degenerated_s(coedges[j][0]) and j != i:
+            j = following[j]
+        after = coedges[j][1]
+        vertex = TopExp.LastVertex_s(edge, True)
+        if vertex.IsNull():
+            continue
+        at = xyz(BRep_Tool.Pnt_s(vertex))
+        weighted = corner_normal(probe, at, trace.near_end, after.near_start, trace.end)
+        found.append((vertex_ids.Add(vertex) - 1, number, weighted, trace.end))
+    return found
+
+
+def corner_normal(probe, at, uv_in, uv_out, uv):
+    """Integral of the outward normal over the angle at `at` between two wire directions."""
+    natural = probe.sense * probe.normal(uv)
+    if natural.any():
+        a, b = probe.point(uv_out) - at, probe.point(uv_in) - at
+        angle = np.arctan2(natural @ np.cross(a, b), a @ b) % (2.0 * np.pi)
+        return probe.sense * angle * natural
+    # A pole or an apex: follow the face round it, from one wire direction to the other.
+    path = [uv_out + s * (uv_in - uv_out) for s in np.linspace(0.0, 1.0, 33)]
+    rays = np.array([probe.point(q) - at for q in path])
+    rays /= np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
+    normals = np.array([probe.normal(q) for q in path])
+    steps = np.linalg.norm(np.diff(rays, axis=0), axis=1)
+    return (0.5 * (normals[1:] + normals[:-1]) * steps[:, None]).sum(axis=0)
+
+
+def main(path, out):
+    from cadlink.assembly_tree import read_parts  # keeps this page about one part
+
+    try:
+        result = read_parts(path, part_record)
+    except Exception as error:  # whatever went wrong must reach the parent as a line
+        result = {"error": f"{type(error).__name__}: {error}"}
+    with open(out, "wb") as stream:
+        pickle.dump(result, stream, protocol=5)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2])

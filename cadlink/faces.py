@@ -1,0 +1,282 @@
+"""A CAD face as plain arrays: kind, closed-form parameters or Bezier patches, and its trim.
+
+Runs in the reading process only. Planes, cylinders, cones, spheres and tori keep their closed form.
+B-splines, Bezier surfaces, surfaces of revolution and extrusions become rational Bezier patches,
+exactly; offset surfaces, which are not rational, are interpolated to 1e-11 of their size.
+"""
+
+from dataclasses import dataclass, field
+from math import hypot
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.Geom import Geom_RectangularTrimmedSurface
+from OCP.GeomAbs import GeomAbs_Shape, GeomAbs_SurfaceType
+from OCP.GeomAdaptor import GeomAdaptor_Curve
+from OCP.gp import gp_Pnt, gp_Vec
+from OCP.TColStd import TColStd_Array1OfReal
+from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
+from OCP.TopoDS import TopoDS
+
+from cadlink.bezier import LINEAR, RAPIDITY, arcs_of_ellipse, fit_patch, span_matrices
+from cadlink.curves import arcs_of, flat_knots, xyz
+
+PLANE, CYLINDER, CONE, SPHERE, TORUS, PATCHES = range(6)  # forms of a face
+
+KINDS = {
+    GeomAbs_SurfaceType.GeomAbs_Plane: "plane",
+    GeomAbs_SurfaceType.GeomAbs_Cylinder: "cylinder",
+    GeomAbs_SurfaceType.GeomAbs_Cone: "cone",
+    GeomAbs_SurfaceType.GeomAbs_Sphere: "sphere",
+    GeomAbs_SurfaceType.GeomAbs_Torus: "torus",
+    GeomAbs_SurfaceType.GeomAbs_BezierSurface: "bezier",
+    GeomAbs_SurfaceType.GeomAbs_BSplineSurface: "bspline",
+    GeomAbs_SurfaceType.GeomAbs_SurfaceOfRevolution: "revolution",
+    GeomAbs_SurfaceType.GeomAbs_SurfaceOfExtrusion: "extrusion",
+    GeomAbs_SurfaceType.GeomAbs_OffsetSurface: "offset",
+    GeomAbs_SurfaceType.GeomAbs_OtherSurface: "other",
+}
+FORMS = {"plane": PLANE, "cylinder": CYLINDER, "cone": CONE, "sphere": SPHERE, "torus": TORUS}
+
+
+@dataclass
+class FaceRecord:
+    """One face.
+
+    kind     what the CAD file calls it: "plane", "bspline", ..
+    form     PLANE .. TORUS, or PATCHES
+    frame    (4, 3) origin, x, y, z of the closed form [mm]
+    size     (2,) radius; radius and half angle; large and small radius [mm, rad]
+    sense    +1 where (frame normal or S_u x S_v) leaves the material, -1 where it enters
+    period   (2,) period of u and v, 0 where there is none
+    u_arcs, v_arcs   (n, 3) t0, t1, ramp of the patch grid
+    patches  (nu, nv) nested list of homogeneous control nets (p+1, q+1, 4)
+    """
+
+    kind: str
+    form: int
+    sense: float
+    frame: np.ndarray = field(default_factory=lambda: np.zeros((4, 3)))
+    size: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    period: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    u_arcs: np.ndarray | None = None
+    v_arcs: np.ndarray | None = None
+    patches: list | None = None
+
+
+class FaceProbe:
+    """Points and normals of one face, asked of OpenCASCADE while reading."""
+
+    def __init__(self, face):
+        self.face = TopoDS.Face_s(face.Oriented(TopAbs_FORWARD))
+        self.sense = -1.0 if face.Orientation() == TopAbs_REVERSED else 1.0
+        self.adaptor = BRepAdaptor_Surface(self.face, False)
+        self._p, self._u, self._v = gp_Pnt(), gp_Vec(), gp_Vec()
+
+    def point(self, uv):
+        return xyz(self.adaptor.Value(uv[0], uv[1]))
+
+    def normal(self, uv):
+        """Unit normal out of the material, or zeros at a singular point."""
+        self.adaptor.D1(uv[0], uv[1], self._p, self._u, self._v)
+        n = self._u.Crossed(self._v)
+        size = n.Magnitude()
+        if size <= 1e-12 * (self._u.Magnitude() + self._v.Magnitude()) ** 2:
+            return np.zeros(3)
+        return self.sense / size * xyz(n)
+
+
+def face_record(probe, box):
+    """FaceRecord of a face whose trim lies in the (u, v) box (u0, u1, v0, v1)."""
+    adaptor = probe.adaptor
+    kind = KINDS[adaptor.GetType()]
+    record = FaceRecord(kind, FORMS.get(kind, PATCHES), probe.sense)
+    if adaptor.IsUPeriodic():
+        record.period[0] = adaptor.UPeriod()
+    if adaptor.IsVPeriodic():
+        record.period[1] = adaptor.VPeriod()
+    if record.form == PATCHES:
+        surface = BRep_Tool.Surface_s(probe.face)
+        grid = patch_grid(surface, box)
+        record.u_arcs, record.v_arcs, record.patches = grid
+    else:
+        closed_form(record, adaptor)
+    return record
+
+
+def closed_form(record, adaptor):
+    shape = getattr(adaptor, record.kind.capitalize())()
+    at = shape.Position()
+    x, y, z = xyz(at.XDirection()), xyz(at.YDirection()), xyz(at.Direction())
+    right_handed = np.dot(np.cross(x, y), z) > 0.0
+    if record.form == PLANE:
+        z = np.cross(x, y)
+    elif not right_handed:
+        record.sense = -record.sense
+    record.frame = np.array([xyz(at.Location()), x, y, z])
+    if record.form in (CYLINDER, SPHERE):
+        record.size[0] = shape.Radius()
+    elif record.form == CONE:
+        record.size[:] = shape.RefRadius(), shape.SemiAngle()
+    elif record.form == TORUS:
+        record.size[:] = shape.MajorRadius(), shape.MinorRadius()
+
+
+# --- patches -------------------------------------------------------------------------------------
+
+
+def patch_grid(surface, box):
+    """Rational Bezier patches of a surface over a (u, v) box.
+
+    returns : u_arcs (nu, 3), v_arcs (nv, 3) with t0, t1, ramp of each row and column of patches,
+        and the nested list of control nets
+    """
+    while isinstance(surface, Geom_RectangularTrimmedSurface):
+        surface = surface.BasisSurface()
+    name = type(surface).__name__
+    if name in ("Geom_BSplineSurface", "Geom_BezierSurface"):
+        return spline_grid(surface)
+    if name == "Geom_SurfaceOfLinearExtrusion":
+        return extrusion_grid(surface, box)
+    if name == "Geom_SurfaceOfRevolution":
+        return revolution_grid(surface, box)
+    return fitted_grid(surface, box)
+
+
+def spline_grid(surface):
+    if type(surface).__name__ == "Geom_BezierSurface":
+        u_knots = np.repeat([0.0, 1.0], surface.UDegree() + 1)
+        v_knots = np.repeat([0.0, 1.0], surface.VDegree() + 1)
+    else:
+        if surface.IsUPeriodic() or surface.IsVPeriodic():
+            surface = surface.Copy()
+            surface.SetUNotPeriodic()
+            surface.SetVNotPeriodic()
+        u_knots = flat_knots(surface.UKnot, surface.UMultiplicity, surface.NbUKnots())
+        v_knots = flat_knots(surface.VKnot, surface.VMultiplicity, surface.NbVKnots())
+    nu, nv = surface.NbUPoles(), surface.NbVPoles()
+    net = np.ones((nu, nv, 4))
+    rational = surface.IsURational() or surface.IsVRational()
+    for i in range(nu):
+        for j in range(nv):
+            p = surface.Pole(i + 1, j + 1)
+            net[i, j, :3] = p.X(), p.Y(), p.Z()
+            if rational:
+                net[i, j, 3] = surface.Weight(i + 1, j + 1)
+    net[..., :3] *= net[..., 3:]
+    u_spans = span_matrices(u_knots, surface.UDegree())
+    v_spans = span_matrices(v_knots, surface.VDegree())
+    patches = []
+    for _, _, i, m in u_spans:
+        row = np.tensordot(m, net[i : i + len(m)], axes=(1, 0))
+        patches.append(
+            [
+                np.moveaxis(np.tensordot(k, row[:, j : j + len(k)], axes=(1, 1)), 0, 1)
+                for _, _, j, k in v_spans
+            ]
+        )
+    u_arcs = np.array([[a, b, LINEAR] for a, b, _, _ in u_spans])
+    v_arcs = np.array([[a, b, LINEAR] for a, b, _, _ in v_spans])
+    return u_arcs, v_arcs, patches
+
+
+def widened(first, last, lowest, highest):
+    """A parameter range with a little room, inside what the curve allows."""
+    room = 1e-3 * (last - first)
+    return max(lowest, first - room), min(highest, last + room)
+
+
+def basis_arcs(curve, first, last):
+    """Arcs of a basis curve over the trimmed range only (it may be a line without end)."""
+    adaptor = GeomAdaptor_Curve(curve)
+    if not adaptor.IsPeriodic():
+        first, last = widened(first, last, adaptor.FirstParameter(), adaptor.LastParameter())
+    arcs = arcs_of(GeomAdaptor_Curve(curve), first, last, False, 1e-11)
+    return arcs, np.array([[a.t0, a.t1, a.ramp] for a in arcs])
+
+
+def extrusion_grid(surface, box):
+    """S(u, v) = C(u) + v D."""
+    arcs, u_arcs = basis_arcs(surface.BasisCurve(), box[0], box[1])
+    v0, v1 = widened(box[2], box[3], -np.inf, np.inf)
+    d = xyz(surface.Direction())
+    patches = []
+    for arc in arcs:
+        w = arc.ctrl[:, 3:]
+        ends = [np.hstack([arc.ctrl[:, :3] + v * d * w, w]) for v in (v0, v1)]
+        patches.append([np.stack(ends, axis=1)])
+    return u_arcs, np.array([[v0, v1, LINEAR]]), patches
+
+
+def revolution_grid(surface, box):
+    """S(u, v) = C(v) turned by u about the axis, one rational quadratic arc per quarter turn.
+
+    A point with axial part c and radial part r turns on c + cos(u) r + sin(u) (z x r); its
+    middle control point is cos(a) c + cos(um) r + sin(um) (z x r), times its own weight.
+    """
+    axis = surface.Axis()
+    o, z = xyz(axis.Location()), xyz(axis.Direction())
+    arcs, v_arcs = basis_arcs(surface.BasisCurve(), box[2], box[3])
+    turns = arcs_of_ellipse(np.zeros(3), np.eye(3)[0], np.eye(3)[1], box[0], box[1])
+    u_arcs = np.array([[a.t0, a.t1, a.ramp] for a in turns])
+    patches = []
+    for turn in turns:
+        row = []
+        for arc in arcs:
+            w = arc.ctrl[:, 3:]
+            p = arc.ctrl[:, :3] - w * o
+            along = (p @ z)[:, None] * z
+            r = p - along
+            q = np.cross(z, r)
+            net = [
+                np.hstack([c[3] * (w * o + along) + c[0] * r + c[1] * q, c[3] * w])
+                for c in turn.ctrl
+            ]
+            row.append(np.stack(net))
+        patches.append(row)
+    return u_arcs, v_arcs, patches
+
+
+def fitted_grid(surface, box, depth=5):
+    """Polynomial patches through a surface that is not rational, to 1e-11 of its size."""
+
+    def value(u, v):
+        return xyz(surface.Value(u, v))
+
+    corners = np.array([value(u, v) for u in box[:2] for v in box[2:]])
+    tolerance = 1e-11 * max(1.0, hypot(*np.ptp(corners, axis=0)))
+    from OCP.GeomAdaptor import GeomAdaptor_Surface  # needed only here
+
+    adaptor = GeomAdaptor_Surface(surface)
+    u_breaks = inner_breaks(adaptor, "U", box[0], box[1])
+    v_breaks = inner_breaks(adaptor, "V", box[2], box[3])
+    for _ in range(depth):
+        patches, miss = [], 0.0
+        for a, b in zip(u_breaks[:-1], u_breaks[1:], strict=True):
+            row = []
+            for c, d in zip(v_breaks[:-1], v_breaks[1:], strict=True):
+                ctrl, error = fit_patch(value, a, b, c, d)
+                miss = max(miss, error)
+                row.append(ctrl)
+            patches.append(row)
+        if miss <= tolerance:
+            break
+        u_breaks = np.sort(np.append(u_breaks, 0.5 * (u_breaks[1:] + u_breaks[:-1])))
+        v_breaks = np.sort(np.append(v_breaks, 0.5 * (v_breaks[1:] + v_breaks[:-1])))
+    u_arcs = np.array([[a, b, LINEAR] for a, b in zip(u_breaks[:-1], u_breaks[1:], strict=True)])
+    v_arcs = np.array([[a, b, LINEAR] for a, b in zip(v_breaks[:-1], v_breaks[1:], strict=True)])
+    return u_arcs, v_arcs, patches
+
+
+def inner_breaks(adaptor, letter, first, last):
+    """Parameters between which a surface is smooth, cut to [first, last]."""
+    n = getattr(adaptor, f"Nb{letter}Intervals")(GeomAbs_Shape.GeomAbs_CN)
+    found = TColStd_Array1OfReal(1, n + 1)
+    getattr(adaptor, f"{letter}Intervals")(found, GeomAbs_Shape.GeomAbs_CN)
+    inner = [found.Value(i) for i in range(1, n + 2)]
+    inner = [t for t in inner if first < t < last]
+    return np.array([first, *inner, last])
+
+
+assert RAPIDITY == 2  # ramps are stored as numbers in u_arcs and v_arcs

@@ -1,0 +1,1 @@
+"""Where cadlink and solver meet the user's tools: command line, scene files, VTK files, pictures, reports."""

@@ -1,0 +1,126 @@
+"""From checked keys to a `solver.Scene`: reads the STEP file, meshes the blank, makes the tools."""
+
+from contextlib import contextmanager
+from functools import cached_property
+
+import solver
+from cadlink import CadError
+
+
+class BuildError(ValueError):
+    """What a scene describes cannot be made. One line: key, what was found, what was expected."""
+
+
+@contextmanager
+def about(key):
+    """Puts the key in front of what is wrong with its value."""
+    try:
+        yield
+    except (CadError, solver.SceneError) as error:
+        raise BuildError(f"{key}: {error}") from error
+
+
+def build(keys, cad):
+    """keys : scene_keys.SceneKeys; cad : path of the STEP file or None. Returns solver.Scene; raises BuildError."""
+    parts = Parts(cad)
+    blank = build_blank(keys, parts)
+    surfaces = {}
+    for name, tool in keys.tools.items():
+        with about(f"tools.{name}"):
+            surfaces[name] = parts[tool.part or name].surface()
+    with about("stages"):
+        return solver.Scene(blank, build_stages(keys, surfaces), name=keys.name)
+
+
+class Parts:
+    """The parts of the CAD file, read when the first is asked for."""
+
+    def __init__(self, path):
+        self.path = path
+
+    @cached_property
+    def assembly(self):
+        from cadlink import read_step
+
+        with about("cad"):
+            return read_step(self.path)
+
+    def __getitem__(self, name):
+        return self.assembly[name]
+
+
+def build_blank(keys, parts):
+    """The meshed sheet with its material."""
+    from cadlink import mesh_blank
+
+    described = keys.blank
+    with about("blank.part" if described.part else "blank.outline"):
+        outline = outline_of(described, parts)
+    with about("blank"):
+        mesh = mesh_blank(
+            outline, size=described.size, arrangement=described.arrangement, symmetry=tuple(described.symmetry)
+        )
+    if described.outline is not None and described.outline.z:
+        mesh.points[:, 2] += described.outline.z
+    with about("material"):
+        material = build_material(keys.material)
+    with about("blank"):
+        return solver.Blank(
+            mesh,
+            thickness=described.thickness or outline.thickness,
+            material=material,
+            rolling=described.rolling,
+            fixed=described.fixed,
+            draw_in=described.draw_in,
+        )
+
+
+def outline_of(described, parts):
+    """The flat blank's outline: of a part of the CAD file, or the shape described."""
+    from cadlink import blank
+
+    if described.part:
+        return blank.blank_outline(parts[described.part])
+    shape = described.outline
+    if shape.rectangle:
+        return blank.Rectangle(*shape.rectangle, center=shape.center)
+    if shape.disc:
+        return blank.Disc(shape.disc, center=shape.center)
+    (x, y), points = shape.center, shape.polygon
+    return blank.Polygon([(x + px, y + py) for px, py in points])
+
+
+def build_material(keys):
+    """solver.Material; Hill's r is the mean of the r-values."""
+    r = keys.locus.hill.mean
+    locus = solver.VonMises() if r == 1.0 else solver.PlanarHill(r)
+    return solver.Material(keys.young, keys.poisson, locus, keys.hardening.build(), name=keys.name)
+
+
+def build_stages(keys, surfaces):
+    """Stages as described; one with every tool where none is."""
+    if not keys.stages:
+        tools = [build_tool(name, tool, surfaces[name]) for name, tool in keys.tools.items()]
+        return (solver.Stage(tools),)
+    stages = []
+    for number, stage in enumerate(keys.stages, start=1):
+        changed = keys.tools
+        if stage.tools is not None:
+            changed = {name: keys.tools[name].changed_by(change) for name, change in stage.tools.items()}
+        tools = [build_tool(name, tool, surfaces[name]) for name, tool in changed.items()]
+        name = stage.name or f"stage {number}"
+        stages.append(solver.Stage(tools, name=name, pressure=stage.pressure, moved=stage.moved))
+    return tuple(stages)
+
+
+def build_tool(name, tool, surface):
+    """solver.Tool of one stage."""
+    return solver.Tool(
+        name,
+        surface,
+        friction=solver.Coulomb(tool.friction) if tool.friction else None,
+        axis=tool.axis or (0.0, 0.0, 1.0),
+        travel=tool.travel,
+        force=tool.force,
+        gap=tool.gap,
+    )

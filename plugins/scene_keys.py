@@ -1,0 +1,321 @@
+"""Every key a scene file may hold, table by table. A field's description says what was expected when it is missing."""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
+
+from solver.implicit.method import Implicit
+
+from .quantities import (
+    Coefficient,
+    Count,
+    Direction,
+    Length,
+    Name,
+    Number,
+    PositiveForce,
+    PositiveLength,
+    PositiveNumber,
+    PositiveStress,
+    Stress,
+    quantity,
+    shown,
+    wrong,
+)
+
+Poisson = quantity("a number", at_least=0.0, below=0.5)
+Anisotropy = quantity("an r-value", above=0.0)
+
+
+class Table(BaseModel):
+    """A table of the file: no key but those named."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def one_of(value, keys, expected):
+    """A table that holds exactly one of some keys; misspelt ones are left to the check for unknown keys."""
+    found = [key for key in keys if isinstance(value, dict) and key in value]
+    misspelt = isinstance(value, dict) and not set(value) <= set(keys)
+    if len(found) == 1 or (misspelt and not found):
+        return value
+    raise wrong(" and ".join(found) or shown(value), f"{expected}, one of {', '.join(keys)}")
+
+
+# Blank
+
+
+class Outline(Table):
+    """A flat blank that is not in the CAD file. z : mm, its mid-surface."""
+
+    rectangle: tuple[PositiveLength, PositiveLength] | None = None
+    disc: PositiveLength | None = None  # radius
+    polygon: list[tuple[Length, Length]] | None = None
+    center: tuple[Length, Length] = (0.0, 0.0)
+    z: Length = 0.0
+
+
+def _one_outline(value):
+    shape = {key: kept for key, kept in value.items() if key not in ("center", "z")} if isinstance(value, dict) else value
+    one_of(shape, ("rectangle", "disc", "polygon"), "a shape such as {rectangle = [150, 150]}")
+    return value
+
+
+def _axes(value):
+    if not isinstance(value, str) or not value or set(value) - set("xyz"):
+        raise wrong(shown(value), 'the axes held, some of the letters xyz, such as "xyz"')
+    return value
+
+
+class Blank(Table):
+    part: Name | None = None
+    outline: Annotated[Outline, BeforeValidator(_one_outline)] | None = None
+    size: PositiveLength = Field(description='the length of a triangle\'s side in mm, such as 2.5')
+    arrangement: Literal["structured", "unstructured"] = "structured"
+    symmetry: list[Literal["x", "y"]] = []
+    thickness: PositiveLength | None = None
+    rolling: Direction = (1.0, 0.0, 0.0)
+    fixed: dict[str, Annotated[str, BeforeValidator(_axes)]] = {}
+    draw_in: dict[str, Direction] = {}
+
+
+# Material
+
+
+class RValues(Table):
+    """Normal anisotropy: r, or the three r-values it is the mean of, (r0 + 2 r45 + r90)/4."""
+
+    r: Anisotropy | None = None
+    r0: Anisotropy | None = None
+    r45: Anisotropy | None = None
+    r90: Anisotropy | None = None
+
+    @property
+    def mean(self):
+        return self.r if self.r is not None else (self.r0 + 2.0 * self.r45 + self.r90) / 4.0
+
+
+def _r_values(value):
+    if isinstance(value, dict) and set(value) <= {"r", "r0", "r45", "r90"}:
+        if set(value) not in ({"r"}, {"r0", "r45", "r90"}):
+            raise wrong(shown(value), "r, or r0 and r45 and r90")
+    return value
+
+
+class Locus(Table):
+    hill: Annotated[RValues, BeforeValidator(_r_values)] = Field(description="a table such as {r = 0.64}")
+
+
+def _locus(value):
+    if value == "von Mises":
+        return {"hill": {"r": 1.0}}
+    if not isinstance(value, dict):
+        raise wrong(shown(value), '"von Mises" or {hill = {r = 0.64}}')
+    return value
+
+
+class SwiftKeys(Table):
+    K: PositiveStress = Field(description="K in MPa of K (e0 + e)^n")
+    e0: PositiveNumber = Field(description="e0 of K (e0 + e)^n")
+    n: quantity("a number", at_least=0.0, below=1.0) = Field(description="n of K (e0 + e)^n")
+
+
+class LudwikKeys(Table):
+    s0: PositiveStress = Field(description="s0 in MPa of s0 + K e^n")
+    K: Stress = Field(description="K in MPa of s0 + K e^n")
+    n: PositiveNumber = Field(description="n of s0 + K e^n")
+
+
+class VoceKeys(Table):
+    s0: PositiveStress = Field(description="s0 in MPa of s0 + Q (1 - exp(-b e))")
+    Q: Stress = Field(description="Q in MPa of s0 + Q (1 - exp(-b e))")
+    b: PositiveNumber = Field(description="b of s0 + Q (1 - exp(-b e))")
+
+
+class HockettSherbyKeys(Table):
+    s0: PositiveStress = Field(description="s0 in MPa of s_sat - (s_sat - s0) exp(-a e^p)")
+    s_sat: PositiveStress = Field(description="s_sat in MPa of s_sat - (s_sat - s0) exp(-a e^p)")
+    a: PositiveNumber = Field(description="a of s_sat - (s_sat - s0) exp(-a e^p)")
+    p: PositiveNumber = Field(description="p of s_sat - (s_sat - s0) exp(-a e^p)")
+
+
+class TableKeys(Table):
+    strain: list[Coefficient] = Field(description="plastic strains that start at 0 and rise")
+    stress: list[PositiveStress] = Field(description="a stress in MPa for each strain")
+
+
+class Curve(Table):
+    """One hardening curve; `weight` counts inside a sum."""
+
+    swift: SwiftKeys | None = None
+    ludwik: LudwikKeys | None = None
+    voce: VoceKeys | None = None
+    hockett_sherby: HockettSherbyKeys | None = None
+    table: TableKeys | None = None
+
+    def build(self):
+        """The curve as the solver takes it."""
+        import solver
+
+        kind = {"swift": solver.Swift, "ludwik": solver.Ludwik, "voce": solver.Voce}
+        kind |= {"hockett_sherby": solver.HockettSherby, "table": solver.Table}
+        name, keys = next((name, getattr(self, name)) for name in kind if getattr(self, name))
+        return kind[name](**keys.model_dump())
+
+
+CURVES = ("swift", "ludwik", "voce", "hockett_sherby", "table")
+
+
+def _one_curve(value):
+    curve = {key: kept for key, kept in value.items() if key != "weight"} if isinstance(value, dict) else value
+    one_of(curve, CURVES, "a hardening curve")
+    return value
+
+
+def _one_curve_or_sum(value):
+    return one_of(value, (*CURVES, "sum"), "a hardening curve")
+
+
+class WeightedCurve(Curve):
+    weight: PositiveNumber = Field(description="the curve's share, such as 0.5")
+
+
+class Hardening(Curve):
+    sum: list[Annotated[WeightedCurve, BeforeValidator(_one_curve)]] | None = None
+
+    def build(self):
+        if self.sum:
+            import solver
+
+            return solver.Sum(tuple((part.weight, part.build()) for part in self.sum))
+        return super().build()
+
+
+class Material(Table):
+    name: Name = "sheet"
+    young: PositiveStress = Field(description="Young's modulus in MPa, such as \"70 GPa\"")
+    poisson: Poisson = Field(description="Poisson's ratio, such as 0.3")
+    locus: Annotated[Locus, BeforeValidator(_locus)] = Field(description='"von Mises" or {hill = {r = 0.64}}')
+    hardening: Annotated[Hardening, BeforeValidator(_one_curve_or_sum)] = Field(
+        description="a curve such as {swift = {K = 577, e0 = 0.0166, n = 0.359}}"
+    )
+
+
+# Tools and stages
+
+Travel = quantity("a travel", "mm")
+DUTIES = ("travel", "force", "gap")
+
+
+class Tool(Table):
+    """A tool, or what changes for it in one stage. part : its name in the CAD file; the table's own name by default."""
+
+    part: Name | None = None
+    friction: Coefficient | None = None
+    axis: Direction | None = None
+    travel: Travel | None = None
+    force: PositiveForce | None = None
+    gap: PositiveLength | None = None
+
+    def changed_by(self, stage):
+        """This tool with what a stage says about it; a new duty takes the place of the old one."""
+        new = stage.model_dump(exclude_none=True)
+        old = self.model_dump(exclude_none=True)
+        if any(duty in new for duty in DUTIES):
+            old = {key: value for key, value in old.items() if key not in DUTIES}
+        return Tool.model_construct(**{**dict.fromkeys(Tool.model_fields), **old, **new})
+
+
+def _movement(value):
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise wrong(shown(value), 'three lengths in mm, "free" for a free axis, such as [1.5, 0, "free"]')
+    return value
+
+
+def _length_or_free(value):
+    return None if value == "free" else value
+
+
+Movement = Annotated[
+    tuple[Annotated[Length | None, BeforeValidator(_length_or_free)], ...], BeforeValidator(_movement)
+]
+
+
+class Stage(Table):
+    """One operation; without tools of its own, every tool takes part."""
+
+    name: Name | None = None
+    tools: dict[str, Tool] | None = None
+    pressure: Stress = 0.0
+    moved: dict[str, Movement] = {}
+
+
+# How it is run, what comes out, what it is compared with
+
+
+def _options(description):
+    """Table with the options of a frozen dataclass of numbers, each with its default."""
+    made = {}
+    for item in fields(description):
+        default = getattr(description, item.name)
+        if is_dataclass(default):
+            made[item.name] = (_options(default), _options(default)())
+        else:
+            made[item.name] = (Count if isinstance(default, int) else Coefficient, default)
+    return create_model(type(description).__name__ + "Options", __base__=Table, **made)
+
+
+ImplicitOptions = _options(Implicit())
+
+
+def as_implicit(options):
+    """solver.Implicit with the options of a scene file."""
+    defaults = Implicit()
+    values = {}
+    for item in fields(defaults):
+        value = getattr(options, item.name)
+        default = getattr(defaults, item.name)
+        values[item.name] = type(default)(**value.model_dump()) if is_dataclass(default) else value
+    return Implicit(**values)
+
+
+class Output(Table):
+    frames: Count = 40
+
+
+class Measured(Table):
+    """One measured value. quantity : a column of history.csv; scatter : its uncertainty, both ways."""
+
+    quantity: Name = Field(description="a column of history.csv, such as draw_in_DX")
+    stroke: Length = Field(description="the stroke in mm it was measured at")
+    measured: Number = Field(description="the measured value in mm, N or 1")
+    scatter: Coefficient | None = None
+
+
+class Compare(Table):
+    source: Name = Field(description="where the measured values come from")
+    rows: list[Measured] = Field(description='rows such as {quantity = "draw_in_DX", stroke = 40, measured = 28.5}')
+
+
+class SceneKeys(Table):
+    """A whole scene file."""
+
+    name: Name = "forming"
+    cad: Name | None = None
+    blank: Blank = Field(description="a table [blank] with part or outline, and size")
+    material: Material = Field(description="a table [material] with young, poisson, locus and hardening")
+    tools: dict[str, Tool] = {}
+    stages: list[Stage] = []
+    implicit: ImplicitOptions = ImplicitOptions()
+    output: Output = Output()
+    compare: Compare | None = None
+
+
+def history_columns(keys: SceneKeys) -> Mapping[str, str]:
+    """Columns of history.csv this scene has that a measured value can be compared with, and their units."""
+    columns = {f"draw_in_{name}": "mm" for name in keys.blank.draw_in}
+    for tool in keys.tools:
+        columns |= {f"force_{tool}": "N", f"travel_{tool}": "mm"}
+    return columns | {"thickness_min": "mm", "thickness_max": "mm", "thinning_max": ""}

@@ -1,0 +1,16 @@
+"""Arrays in, formed sheet out. Start reading at `solver/form.py`."""
+
+from .errors import SceneError, StepFailed
+from .form import form
+from .implicit.method import Implicit, Increments, Newton
+from .materials.hardening import HockettSherby, Ludwik, Sum, Swift, Table, Voce
+from .materials.material import Material
+from .materials.planar_hill import PlanarHill, VonMises
+from .results import Frame, Progress, Results
+from .scene import Blank, Coulomb, Scene, Stage, Tool
+
+__all__ = [
+    "Blank", "Coulomb", "Frame", "HockettSherby", "Implicit", "Increments", "Ludwik", "Material", "Newton",
+    "PlanarHill", "Progress", "Results", "Scene", "SceneError", "Stage", "StepFailed", "Sum", "Swift", "Table",
+    "Tool", "Voce", "VonMises", "form",
+]  # fmt: skip

@@ -1,0 +1,67 @@
+"""The last good state on disk, to go on from: one HDF5 file, replaced in one move.
+
+It carries the state, where the march stands, the history and the energies; a file from another scene is refused.
+"""
+
+import hashlib
+import json
+import os
+
+import h5py
+import numpy as np
+
+from .errors import SceneError
+from .implicit.increments import March
+
+
+def fingerprint(scene):
+    """Text that differs between scenes a checkpoint must not be mixed between."""
+    digest = hashlib.sha256()
+    digest.update(np.ascontiguousarray(scene.blank.mesh.points, dtype=float).tobytes())
+    digest.update(np.ascontiguousarray(scene.blank.mesh.cells, dtype=np.int64).tobytes())
+    digest.update(repr((scene.blank.thickness, scene.blank.material, tuple(scene.blank.rolling))).encode())
+    for stage in scene.stages:
+        tools = [(t.name, t.friction, tuple(t.axis), t.travel, t.force, t.gap) for t in stage.tools]
+        digest.update(repr((stage.name, stage.pressure, dict(stage.moved), tools)).encode())
+    return digest.hexdigest()
+
+
+def save_checkpoint(path, scene, here, state, results, energy):
+    """Write the state `here` = (stage index, March). Does nothing where path is None."""
+    if path is None:
+        return
+    k, march = here
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    with h5py.File(partial, "w") as file:
+        file.attrs["scene"] = fingerprint(scene)
+        file.attrs["march"] = json.dumps([k, march.fraction, march.width, march.rates, march.placed])
+        file.attrs["history"] = json.dumps(results.history)
+        file.attrs["energy"] = json.dumps(energy.sums)
+        file["rate"] = march.rate
+        for name, group in [("sheet", state.sheet), *((f"tools/{k}", c) for k, c in state.tools.items())]:
+            for key, value in group.arrays().items():
+                file[f"{name}/{key}"] = value
+    os.replace(partial, path)
+
+
+def load_checkpoint(path, scene, state, results, energy):
+    """Fill state, history and energies; returns (stage index, March).
+
+    Raises SceneError for a missing or unreadable file and for one of another scene.
+    """
+    if path is None or not path.exists():
+        raise SceneError(f"{path}: no checkpoint to resume from; run without resume first")
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs["scene"] != fingerprint(scene):
+                raise SceneError(f"{path}: the checkpoint belongs to another scene; run without resume")
+            for name, group in [("sheet", state.sheet), *((f"tools/{k}", c) for k, c in state.tools.items())]:
+                for key, value in group.arrays().items():
+                    value[...] = file[f"{name}/{key}"][()]
+            k, fraction, width, rates, placed = json.loads(file.attrs["march"])
+            results.history.update(json.loads(file.attrs["history"]))
+            energy.sums.update(json.loads(file.attrs["energy"]))
+            return k, March(fraction, width, file["rate"][()], rates, placed)
+    except (OSError, KeyError) as error:
+        raise SceneError(f"{path}: not a readable checkpoint ({error})") from None

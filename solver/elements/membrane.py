@@ -1,0 +1,165 @@
+"""Membrane triangle with torsion stabilisation (theory.md 1 and 2; seed section 1).
+
+Symbols: N_I,a gradients of the linear shape functions in the element's initial axes (axis 1 is the
+rolling direction projected on the element); a_b = sum_I x_I N_I,b; C_ab = a_a . a_b; S second
+Piola-Kirchhoff stress; V = t0 A0 volume; n the element's normal at the start of the increment;
+M the torsion modulus tensor [MPa], which acts on the out-of-plane rotations n . du_,a of the increment.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+
+class Membranes(NamedTuple):
+    """What does not change: cells (m, 3), gradients (m, 3, 2) 1/mm, area (m,) mm^2, volume (m,) mm^3,
+    axes (m, 3, 3): rows are the initial axes 1, 2 and the normal."""
+
+    cells: np.ndarray
+    gradients: np.ndarray
+    area: np.ndarray
+    volume: np.ndarray
+    axes: np.ndarray
+
+
+def build_membranes(points, cells, thickness, rolling):
+    """Operators of every triangle in its initial shape.
+
+    points : (n, 3) mm; cells : (m, 3); thickness : mm; rolling : (3,) direction
+    A triangle that stands across the rolling direction takes its first side as axis 1.
+    """
+    corner = points[cells]
+    side1, side2 = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    normal = np.cross(side1, side2)
+    double_area = np.linalg.norm(normal, axis=1)
+    normal /= double_area[:, None]
+    rolling = np.asarray(rolling, dtype=float) / np.linalg.norm(rolling)
+    axis1 = rolling - np.einsum("mi,i,mj->mj", normal, rolling, normal)
+    across = np.linalg.norm(axis1, axis=1) < 1e-6
+    axis1[across] = side1[across]
+    axis1 /= np.linalg.norm(axis1, axis=1)[:, None]
+    axis2 = np.cross(normal, axis1)
+    plane = np.stack([axis1, axis2], axis=2)
+    p = np.einsum("mik,mka->mia", corner - corner[:, :1], plane)
+    rotated = p[:, [1, 2, 0]] - p[:, [2, 0, 1]]
+    gradients = np.stack([rotated[:, :, 1], -rotated[:, :, 0]], axis=2) / double_area[:, None, None]
+    return Membranes(
+        np.ascontiguousarray(cells, dtype=np.int64),
+        np.ascontiguousarray(gradients),
+        0.5 * double_area,
+        0.5 * double_area * thickness,
+        np.ascontiguousarray(np.stack([axis1, axis2, normal], axis=1)),
+    )
+
+
+@njit(forceinline=True)
+def tangent_vectors(x, nodes, g, a):
+    """Fills a (2, 3) with the current tangent vectors of one triangle."""
+    for b in range(2):
+        for c in range(3):
+            a[b, c] = x[nodes[0], c] * g[0, b] + x[nodes[1], c] * g[1, b] + x[nodes[2], c] * g[2, b]
+
+
+@njit(parallel=True, cache=True)
+def metrics(x, cells, gradients, metric):
+    """Fills metric (m, 3) = C11, C22, C12 from current positions x (n, 3)."""
+    for tri in prange(cells.shape[0]):
+        a = np.empty((2, 3))
+        tangent_vectors(x, cells[tri], gradients[tri], a)
+        metric[tri, 0] = a[0, 0] ** 2 + a[0, 1] ** 2 + a[0, 2] ** 2
+        metric[tri, 1] = a[1, 0] ** 2 + a[1, 1] ** 2 + a[1, 2] ** 2
+        metric[tri, 2] = a[0, 0] * a[1, 0] + a[0, 1] * a[1, 1] + a[0, 2] * a[1, 2]
+
+
+@njit(parallel=True, cache=True)
+def torsion_moduli(x, cells, gradients, s, floor, normal, modulus):
+    """Normals and torsion modulus tensors for the next increment.
+
+    x : (n, 3) and s : (m, 3) at its start; floor : T* [MPa]
+    fills normal (m, 3) unit; modulus (m, 3) = M11, M22, M12 = T* 1 + <-S>, the compressive part of the
+    stress: a sheet buckles out of plane under it, which its bending stiffness, absent in a membrane,
+    would prevent at the scale of an element
+    """
+    for tri in prange(cells.shape[0]):
+        a = np.empty((2, 3))
+        tangent_vectors(x, cells[tri], gradients[tri], a)
+        n0 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]
+        n1 = a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2]
+        n2 = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
+        size = sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+        normal[tri, 0], normal[tri, 1], normal[tri, 2] = n0 / size, n1 / size, n2 / size
+        mean, half = 0.5 * (s[tri, 0] + s[tri, 1]), 0.5 * (s[tri, 0] - s[tri, 1])
+        radius = sqrt(half * half + s[tri, 2] ** 2)
+        low, high = max(radius - mean, 0.0), max(-radius - mean, 0.0)  # compressive parts of both principal stresses
+        centre, slope = 0.5 * (low + high), 0.0
+        if radius > 0.0:
+            slope = 0.5 * (high - low) / radius
+        modulus[tri, 0] = floor + centre + slope * half
+        modulus[tri, 1] = floor + centre - slope * half
+        modulus[tri, 2] = slope * s[tri, 2]
+
+
+@njit(parallel=True, cache=True)
+def internal_forces(x, x_old, cells, gradients, volume, s, normal, modulus, force):
+    """Fills force (m, 3, 3): nodal forces of every triangle [N], membrane and torsion.
+
+    x, x_old : (n, 3) at the end and the start of the increment; s : (m, 3); normal, modulus : (m, 3)
+    """
+    for tri in prange(cells.shape[0]):
+        a = np.empty((2, 3))
+        g = gradients[tri]
+        nodes = cells[tri]
+        tangent_vectors(x, nodes, g, a)
+        rot1 = rot2 = 0.0  # n . du_,1 and n . du_,2
+        for i in range(3):
+            lift = 0.0
+            for c in range(3):
+                lift += normal[tri, c] * (x[nodes[i], c] - x_old[nodes[i], c])
+            rot1 += g[i, 0] * lift
+            rot2 += g[i, 1] * lift
+        m1 = modulus[tri, 0] * rot1 + modulus[tri, 2] * rot2
+        m2 = modulus[tri, 2] * rot1 + modulus[tri, 1] * rot2
+        for i in range(3):
+            w1 = s[tri, 0] * g[i, 0] + s[tri, 2] * g[i, 1]
+            w2 = s[tri, 2] * g[i, 0] + s[tri, 1] * g[i, 1]
+            torsion = g[i, 0] * m1 + g[i, 1] * m2
+            for c in range(3):
+                force[tri, i, c] = volume[tri] * (w1 * a[0, c] + w2 * a[1, c] + torsion * normal[tri, c])
+
+
+@njit(parallel=True, cache=True)
+def stiffnesses(x, cells, gradients, volume, s, ds_de, normal, modulus, stiffness):
+    """Fills stiffness (m, 3, 3, 3, 3): derivative of the force of node i, component c, with respect to
+    the position of node j, component d [N/mm]: stiffness[m, i, c, j, d].
+
+    ds_de : (m, 3, 3) derivative of S with respect to [E11, E22, 2 E12]
+    """
+    for tri in prange(cells.shape[0]):
+        a = np.empty((2, 3))
+        b = np.empty((3, 3, 3))  # derivative of [E11, E22, 2 E12] with respect to node i, component c
+        g = gradients[tri]
+        tangent_vectors(x, cells[tri], g, a)
+        for i in range(3):
+            for c in range(3):
+                b[i, c, 0] = g[i, 0] * a[0, c]
+                b[i, c, 1] = g[i, 1] * a[1, c]
+                b[i, c, 2] = g[i, 0] * a[1, c] + g[i, 1] * a[0, c]
+        for i in range(3):
+            w1 = s[tri, 0] * g[i, 0] + s[tri, 2] * g[i, 1]
+            w2 = s[tri, 2] * g[i, 0] + s[tri, 1] * g[i, 1]
+            m1 = modulus[tri, 0] * g[i, 0] + modulus[tri, 2] * g[i, 1]
+            m2 = modulus[tri, 2] * g[i, 0] + modulus[tri, 1] * g[i, 1]
+            for j in range(3):
+                geometric = w1 * g[j, 0] + w2 * g[j, 1]
+                torsion = m1 * g[j, 0] + m2 * g[j, 1]
+                for c in range(3):
+                    for d in range(3):
+                        total = torsion * normal[tri, c] * normal[tri, d]
+                        if c == d:
+                            total += geometric
+                        for k in range(3):
+                            for el in range(3):
+                                total += b[i, c, k] * ds_de[tri, k, el] * b[j, d, el]
+                        stiffness[tri, i, c, j, d] = volume[tri] * total

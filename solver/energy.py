@@ -1,0 +1,48 @@
+"""Where the tools' work goes: the sheet, friction, contact, torsion; and what is left unaccounted.
+
+Every term is a trapezium over the increment. Internal energy is stress times strain in the material, the external
+one force times travel of the tools and loads, so that their balance measures the increments' error.
+"""
+
+import numpy as np
+
+
+class Energy:
+    """Sums over the increments [mJ], of the modelled share."""
+
+    names = ("external", "internal", "friction", "contact")
+
+    def __init__(self, sheet):
+        self.sheet = sheet
+        self.sums = dict.fromkeys(self.names, 0.0)
+
+    def add(self, old, new, tools):
+        """One accepted increment."""
+        a, b = old.sheet, new.sheet
+        volume = self.sheet.membranes.volume
+        self.sums["internal"] += 0.5 * float(
+            np.sum(volume[:, None] * (a.stress + b.stress) * (b.strain - a.strain))
+        )
+        moved = b.x - a.x
+        sheet_work = 0.0
+        for run in tools:
+            before, after = old.tools[run.tool.name], new.tools[run.tool.name]
+            shift = (after.travel - before.travel) * run.axis
+            slid = moved - shift
+            friction = 0.5 * float(np.sum((before.friction_force + after.friction_force) * slid))
+            normal = 0.5 * float(np.sum(
+                (before.normal_force[:, None] * before.normal + after.normal_force[:, None] * after.normal) * slid
+            ))
+            tool = -0.5 * float((before.force + after.force) @ shift)
+            self.sums["friction"] -= friction
+            self.sums["contact"] -= normal
+            self.sums["external"] += tool
+            sheet_work += friction + normal + tool
+        # Supports and loads do the rest of the work on the nodes.
+        self.sums["external"] += 0.5 * float(np.sum((a.internal + b.internal) * moved)) - sheet_work
+
+    def totals(self, share):
+        """{name: mJ of the whole part}, with the imbalance external - all others."""
+        totals = {name: value / share for name, value in self.sums.items()}
+        totals["imbalance"] = totals["external"] - sum(totals[n] for n in self.names[1:])
+        return totals

@@ -1,0 +1,144 @@
+"""The whole run, on one screen: read it first.
+
+A scene becomes constant arrays (`Sheet`) and two states, old and new. Each stage closes its tools on the sheet, then
+marches: every increment moves the tools, projects the contact nodes on the exact faces, finds equilibrium, and is
+recorded. An increment that does not converge is cut; when cutting ends, the last good state is saved.
+"""
+
+import logging
+import time
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+
+from .checkpoint import load_checkpoint, save_checkpoint
+from .contact.search import Neighbourhood
+from .energy import Energy
+from .errors import SceneError, StepFailed
+from .implicit.equilibrium import ToolRun
+from .implicit.increments import march, start_march
+from .implicit.method import Implicit
+from .motion import place_tools
+from .recording import Recorder
+from .results import Progress, Results
+from .sheet import build_sheet
+from .state import State, new_contact, new_sheet
+
+log = logging.getLogger("cadlink")
+
+
+def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
+    """Form the blank.
+
+    method : Implicit(), the default
+    save : path ending in .pvd (or a writer object with write(frame) and close()); a checkpoint goes beside it
+    frames : number of frames per stage, at equal steps of the stroke
+    watch : called with Progress after each increment
+    resume : go on from the checkpoint beside `save`
+    returns : Results. Raises SceneError, or StepFailed with the results so far in its `.results`.
+    """
+    method = method or Implicit()
+    clock = time.perf_counter()
+    sheet = build_sheet(scene.blank)
+    old, new = (first_state(scene, sheet) for _ in range(2))
+    results = Results(plan=scene.plan())
+    recorder, energy = Recorder(scene, sheet), Energy(sheet)
+    checkpoint = Path(save).parent / "checkpoint.h5" if isinstance(save, (str, Path)) else None
+    first_stage, begun = load_checkpoint(checkpoint, scene, old, results, energy) if resume else (0, None)
+    writer = open_writer(save, scene, resume)
+    results.seconds["build"] = time.perf_counter() - clock
+    here = first_stage, begun
+    try:
+        for k in range(first_stage, len(scene.stages)):
+            stage = scene.stages[k]
+            if begun is None:
+                begun = start_march(stage, sheet, method, close_tools(sheet, stage, old))
+            tools = tool_runs(scene, sheet, stage, method, begun.placed)
+            stops = np.linspace(0.0, 1.0, frames + 1)[1:]
+            if begun.fraction == 0.0:
+                keep(recorder.frame(k, 0.0, old, results), results, writer)
+            for step in march(sheet, stage, tools, old, new, begun, method, stops):
+                energy.add(old, new, tools)
+                old.copy_from(new)
+                recorder.row(k, step, old, tools, results)
+                here = k, step.march
+                if step.march.fraction in stops:
+                    keep(recorder.frame(k, step.march.fraction, old, results), results, writer)
+                    save_checkpoint(checkpoint, scene, here, old, results, energy)
+                if watch:
+                    watch(progress(scene, k, step, results))
+            begun = None
+        results.finished = True
+    except StepFailed as failure:
+        failure.results = results
+        raise
+    finally:
+        results.energy = energy.totals(scene.blank.share)
+        results.seconds["total"] = time.perf_counter() - clock
+        if not results.finished and results.history:
+            keep(recorder.frame(here[0], here[1].fraction, old, results), results, writer)
+            save_checkpoint(checkpoint, scene, here, old, results, energy)
+        if writer:
+            writer.close()
+    return results
+
+
+def first_state(scene, sheet):
+    """The flat blank and tools that touch nothing."""
+    n_nodes, n_tris = len(sheet.points), len(sheet.membranes.cells)
+    return State(new_sheet(sheet.points, n_tris), {name: new_contact(n_nodes) for name in scene.tools})
+
+
+def close_tools(sheet, stage, state):
+    """Move the stage's tools until they touch the sheet. Returns {tool: (travel, side it presses from)}."""
+    half = 0.5 * sheet.nodal_thickness(state.sheet.thickness_strain)
+    placed = place_tools(stage, state.sheet.x, half)
+    for name, (travel, _) in placed.items():
+        state.tools[name].travel[0] = travel
+        log.info("tool %s starts at %.4f mm along its axis", name, travel)
+    return placed
+
+
+def tool_runs(scene, sheet, stage, method, placed):
+    """The stage's tools with what the solver needs of them."""
+    kn = method.penalty * sheet.contact_stiffness * sheet.area
+    return [
+        ToolRun(
+            tool, tool.unit_axis, *placed[tool.name], (tool.force or 0.0) * scene.blank.share, kn, kn,
+            Neighbourhood(tool.surface, len(sheet.points)),
+        )
+        for tool in stage.tools
+    ]  # fmt: skip
+
+
+def keep(frame, results, writer):
+    """Store a frame and write it."""
+    results.frames.append(frame)
+    if writer:
+        writer.write(frame)
+
+
+def progress(scene, k, step, results):
+    """Progress of the whole run."""
+    history = results.history
+    return Progress(
+        stage=scene.stages[k].name,
+        increment=history["increment"][-1],
+        fraction=(k + step.march.fraction) / len(scene.stages),
+        stroke=history["stroke"][-1],
+        iterations=step.outcome.iterations,
+        n_contacts=history["n_contacts"][-1],
+        n_cut_backs=step.n_cut_backs,
+    )
+
+
+def open_writer(save, scene, resume):
+    """The writer of a path, found by its suffix among the installed `cadlink.writers`; a writer object as it is."""
+    if save is None or hasattr(save, "write"):
+        return save
+    suffix = Path(save).suffix
+    found = {entry.name: entry for entry in entry_points(group="cadlink.writers")}
+    if suffix[1:] not in found:
+        raise SceneError(f"save={str(save)!r}: no writer for {suffix!r}; there are {sorted('.' + k for k in found)}")
+    return found[suffix[1:]].load()(Path(save), scene, resume=resume)

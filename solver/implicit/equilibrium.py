@@ -1,0 +1,140 @@
+"""Forces on the sheet and on force-driven tools at a trial state, and their exact tangent.
+
+Unknowns: node positions x and the travel w of every tool driven by a force. With F the contact forces on the sheet,
+A = - d residual / d unknowns has the blocks K (nodes), -Kc a (column of a tool with axis a), -a^T Kc
+(its row) and a^T sum Kc a.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..contact.node_on_tool import OPEN, contact_forces
+from ..contact.search import Neighbourhood
+from ..elements.assembly import gather_blocks, gather_forces
+from ..elements.membrane import internal_forces, metrics, stiffnesses, torsion_moduli
+from ..elements.pressure import pressure_forces
+from ..materials.planar_hill import update
+
+TOUCH = 1e-6  # gap relative to the thickness up to which a node counts as touching
+
+
+class ToolRun(NamedTuple):
+    """A tool in its stage: press is the sign of its axis that leads to the sheet; mu, kn (n,), kt (n,)
+    friction and stiffnesses [N/mm]; load [N] of the modelled share where a force drives it, else 0."""
+
+    tool: object
+    axis: np.ndarray
+    start: float
+    press: float
+    load: float
+    kn: np.ndarray
+    kt: np.ndarray
+    neighbourhood: Neighbourhood
+
+
+class Tangent(NamedTuple):
+    """blocks (n_blocks, 3, 3); column, row (n, 3, k) and corner (k,) of the k force-driven tools."""
+
+    blocks: np.ndarray
+    column: np.ndarray
+    row: np.ndarray
+    corner: np.ndarray
+
+
+class Equilibrium:
+    """One stage of one sheet: residual and tangent of any trial state."""
+
+    def __init__(self, sheet, stage, tools, method):
+        self.sheet, self.stage, self.tools = sheet, stage, tools
+        self.driven = [run for run in tools if run.load > 0.0]
+        n, m = len(sheet.points), len(sheet.membranes.cells)
+        self.torsion = method.torsion * sheet.blank.material.initial_yield_stress
+        self.touch = TOUCH * sheet.blank.thickness
+        self.normal, self.modulus = np.empty((m, 3)), np.empty((m, 3))
+        self.half_thickness = np.empty(n)
+        self.slot_load = np.empty((m, 3, 3))
+        self.slot_force, self.stiffness = np.empty((m, 3, 3)), np.empty((m, 3, 3, 3, 3))
+        self.contact = np.empty((n, 3))
+        self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
+        self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))
+        self.fixed = sheet.held.copy()
+        for group, movement in stage.moved.items():
+            for axis, distance in enumerate(movement):
+                if distance is not None:
+                    self.fixed[sheet.blank.nodes_of(group), axis] = True
+
+    def begin(self, old):
+        """Freeze what an increment takes from its start: normals, torsion moduli, thickness."""
+        membranes, sheet = self.sheet.membranes, old.sheet
+        torsion_moduli(
+            sheet.x, membranes.cells, membranes.gradients, sheet.second_stress, self.torsion, self.normal, self.modulus
+        )
+        self.half_thickness = 0.5 * self.sheet.nodal_thickness(sheet.thickness_strain)
+
+    def evaluate(self, old, new, pressure):
+        """Fill new from its positions and tool travels. Returns the residuals: nodes (n, 3), 0 where fixed,
+        driven tools (k,), and the scale of the forces in play, all [N]."""
+        membranes, material, sheet = self.sheet.membranes, self.sheet.blank.material, new.sheet
+        pattern = self.sheet.pattern
+        cells, gradients, volume = membranes.cells, membranes.gradients, membranes.volume
+        metrics(sheet.x, cells, gradients, sheet.metric)
+        update(
+            sheet.metric, old.sheet.plastic, old.sheet.equivalent, material.young, material.poisson, material.locus.r,
+            self.sheet.table, sheet.second_stress, sheet.tangent, sheet.strain, sheet.plastic, sheet.equivalent,
+            sheet.stress, sheet.thickness_strain,
+        )  # fmt: skip
+        internal_forces(
+            sheet.x, old.sheet.x, cells, gradients, volume, sheet.second_stress, self.normal, self.modulus,
+            self.slot_force,
+        )  # fmt: skip
+        stiffnesses(
+            sheet.x, cells, gradients, volume, sheet.second_stress, sheet.tangent, self.normal, self.modulus,
+            self.stiffness,
+        )  # fmt: skip
+        gather_forces(self.slot_force, pattern.node_first, pattern.node_slot, sheet.internal)
+        if pressure != 0.0:
+            pressure_forces(sheet.x, cells, pressure, self.slot_load, self.stiffness)
+            gather_forces(self.slot_load, pattern.node_first, pattern.node_slot, sheet.external)
+        self.contact[:] = 0.0
+        for run in self.tools:
+            self._touch(run, old, new)
+        residual = sheet.external + self.contact - sheet.internal
+        scale = max(np.linalg.norm(f) for f in (sheet.internal, sheet.external, self.contact))
+        residual[self.fixed] = 0.0
+        balance = [run.press * run.load + new.tools[run.tool.name].force @ run.axis for run in self.driven]
+        return residual, np.array(balance), scale
+
+    def _touch(self, run, old, new):
+        before, after = old.tools[run.tool.name], new.tools[run.tool.name]
+        blocks = self.contact_blocks[run.tool.name]
+        blocks[:] = 0.0
+        after.normal_force[:], after.friction_force[:], after.status[:] = 0.0, 0.0, OPEN
+        slack = np.divide(after.multiplier, run.kn)
+        reach = self.half_thickness + slack + self.touch
+        near, hit = run.neighbourhood.project(new.sheet.x - after.travel * run.axis, reach)
+        after.gap[:] = run.neighbourhood.distance - self.half_thickness
+        before_contact = self.contact.sum(axis=0)
+        contact_forces(
+            near, hit.distance, hit.normal, hit.curvature, hit.direction, self.half_thickness, self.touch,
+            after.multiplier, run.kn, run.kt, run.tool.mu, before.friction_force, before.normal, before.status,
+            new.sheet.x, old.sheet.x, (after.travel - before.travel) * run.axis,
+            self.contact, blocks, after.normal_force, after.friction_force, after.normal, after.gap, after.status,
+        )  # fmt: skip
+        after.force[:] = before_contact - self.contact.sum(axis=0)
+
+    def tangent(self):
+        """Tangent of the state evaluated last."""
+        pattern = self.sheet.pattern
+        gather_blocks(self.stiffness, pattern.block_first, pattern.block_slot, self.blocks)
+        for blocks in self.contact_blocks.values():
+            self.blocks[pattern.diagonal] += blocks
+        n, k = len(self.sheet.points), len(self.driven)
+        column, row, corner = np.zeros((n, 3, k)), np.zeros((n, 3, k)), np.zeros(k)
+        for j, run in enumerate(self.driven):
+            blocks = self.contact_blocks[run.tool.name]
+            column[:, :, j] = -blocks @ run.axis
+            row[:, :, j] = -np.einsum("ncd,c->nd", blocks, run.axis)
+            corner[j] = run.axis @ blocks.sum(axis=0) @ run.axis
+        column[self.fixed] = row[self.fixed] = 0.0
+        return Tangent(self.blocks, column, row, corner)

@@ -1,0 +1,119 @@
+"""The implicit march through one stage: predict, solve, accept or cut back, grow."""
+
+import logging
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import StepFailed
+from .equilibrium import Equilibrium
+from .newton import Outcome, solve_increment
+from .sparse import SparseSolver
+
+log = logging.getLogger("cadlink")
+GROW, SHRINK, CUT = 1.5, 0.7, 0.3
+
+
+class March(NamedTuple):
+    """Where a stage stands. fraction : of the stage, 0..1; width : of the next increment; rate : (n, 3) and
+    rates {tool: mm}, movement per fraction of the last increment, for the prediction; placed : {tool:
+    (travel at the stage's start [mm], sign of the axis that leads to the sheet)}."""
+
+    fraction: float
+    width: float
+    rate: np.ndarray
+    rates: dict
+    placed: dict
+
+
+class Accepted(NamedTuple):
+    """An increment that converged: the march after it, how Newton went, cut-backs before it."""
+
+    march: March
+    outcome: Outcome
+    n_cut_backs: int
+
+
+def widths(stage, sheet, increments):
+    """First and largest increment as fractions of the stage."""
+    movements = [abs(d) for movement in stage.moved.values() for d in movement if d is not None]
+    length = max([stage.stroke] if any(t.travel is not None for t in stage.tools) else movements, default=0.0)
+    if length == 0.0:
+        return 0.01, 0.05
+    return (
+        min(increments.first * sheet.blank.thickness / length, 0.1),
+        min(increments.largest * sheet.size / length, 0.1),
+    )
+
+
+def start_march(stage, sheet, method, placed):
+    """A stage not yet begun."""
+    first, _ = widths(stage, sheet, method.increments)
+    return March(0.0, first, np.zeros(sheet.points.shape), {tool.name: 0.0 for tool in stage.tools}, placed)
+
+
+def march(sheet, stage, tools, old, new, begun, method, stops):
+    """Run a stage from `begun` on; yields Accepted after each increment, with the state in `old`.
+
+    tools : ToolRuns; stops : rising fractions that increments end at exactly. Raises StepFailed.
+    """
+    equilibrium = Equilibrium(sheet, stage, tools, method)
+    solver = SparseSolver(sheet.pattern.block_row, sheet.pattern.block_column, ~equilibrium.fixed)
+    _, largest = widths(stage, sheet, method.increments)
+    floor = 1e-3 * sheet.blank.material.initial_yield_stress * sheet.blank.thickness * sheet.size
+    settle = begun.fraction == 0.0 and bool(equilibrium.driven)
+    place = begun
+    cuts = 0
+    while place.fraction < 1.0 or settle:
+        ahead = stops[np.searchsorted(stops, place.fraction + 1e-9)]
+        width = 0.0 if settle else place.width
+        # No sliver is left before a stop.
+        if not settle and place.fraction + 1.2 * width >= ahead:
+            width = ahead - place.fraction
+        fraction = ahead if place.fraction + width == ahead else place.fraction + width
+        equilibrium.begin(old)
+        new.copy_from(old)
+        predict(sheet, stage, tools, place, fraction, old, new)
+        outcome = solve_increment(equilibrium, solver, old, new, fraction * stage.pressure, method, floor)
+        trail = " ".join(f"{r:.1e}" for r in outcome.residuals)
+        if not outcome.converged:
+            cuts += 1
+            log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
+            if width * CUT < method.increments.smallest:
+                raise StepFailed(
+                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also in an increment "
+                    f"of {width:.1e} of the stage; refine the mesh or lower the load"
+                )
+            place = place._replace(width=CUT * width)
+            continue
+        log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
+        if settle:
+            settle = False
+            rate, rates = place.rate, place.rates
+        else:
+            rate = (new.sheet.x - old.sheet.x) / width
+            rates = {k: float(c.travel[0] - old.tools[k].travel[0]) / width for k, c in new.tools.items()}
+            effort = outcome.iterations
+            scale = GROW if effort <= method.increments.swift else SHRINK if effort > method.increments.slow else 1.0
+            # A stop that shortened this increment does not shorten the next.
+            place = place._replace(width=min(max(scale * width, place.width if scale >= 1.0 else 0.0), largest))
+        place = March(fraction, place.width, rate, rates, place.placed)
+        yield Accepted(place, outcome, cuts)
+
+
+def predict(sheet, stage, tools, place, fraction, old, new):
+    """Move the tools, the prescribed nodes, and the rest of the sheet as it moved last."""
+    width = fraction - place.fraction
+    new.sheet.x[:] = old.sheet.x + width * place.rate
+    for group, movement in stage.moved.items():
+        nodes = sheet.blank.nodes_of(group)
+        for axis, distance in enumerate(movement):
+            if distance is not None:
+                new.sheet.x[nodes, axis] = old.sheet.x[nodes, axis] + width * distance
+    for run in tools:
+        travel = old.tools[run.tool.name].travel[0]
+        if run.tool.travel is not None:
+            travel = run.start + fraction * run.tool.travel
+        elif run.load > 0.0:
+            travel += width * place.rates[run.tool.name]
+        new.tools[run.tool.name].travel[0] = travel

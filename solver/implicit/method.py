@@ -1,0 +1,50 @@
+"""The implicit method's few options, every one relative to a scale of the scene."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Newton:
+    """When an increment has converged.
+
+    residual : of the out-of-balance force, relative to the forces in play
+    correction : of the last movement of a node, relative to the mesh size
+    iterations : more than this and the increment is cut
+    """
+
+    residual: float = 1e-6
+    correction: float = 1e-6
+    iterations: int = 25
+
+
+@dataclass(frozen=True)
+class Increments:
+    """How far one increment goes.
+
+    first : travel of the leading tool, relative to the thickness
+    largest : of the same, relative to the mesh size
+    smallest : relative to the stage; below it the run stops
+    swift, slow : iterations up to which the next increment grows, above which it shrinks
+    """
+
+    first: float = 0.1
+    largest: float = 0.5
+    smallest: float = 1e-7
+    swift: int = 7
+    slow: int = 12
+
+
+@dataclass(frozen=True)
+class Implicit:
+    """Quasi-static Newton.
+
+    torsion : T* relative to the initial yield stress (theory.md 2)
+    penalty : contact stiffness relative to E t / size^2 (theory.md 6)
+    penetration : allowed overlap relative to the thickness; more is removed by augmentation
+    """
+
+    newton: Newton = field(default_factory=Newton)
+    increments: Increments = field(default_factory=Increments)
+    torsion: float = 0.01
+    penalty: float = 1.0
+    penetration: float = 1e-3

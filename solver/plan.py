@@ -1,0 +1,66 @@
+"""In words: what will run, what is skipped, and why."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Plan:
+    """runs, skips : tuples of (what, why)"""
+
+    runs: tuple
+    skips: tuple
+
+    def __str__(self):
+        lines = ["Runs:"] + [f"  {what}: {why}" for what, why in self.runs]
+        if self.skips:
+            lines += ["Skipped:"] + [f"  {what}: {why}" for what, why in self.skips]
+        return "\n".join(lines)
+
+
+def plan(scene):
+    """Plan of a scene."""
+    blank, material = scene.blank, scene.blank.material
+    n_nodes, n_tris = len(blank.mesh.points), len(blank.mesh.cells)
+    runs = [
+        ("sheet", f"{n_tris} membrane triangles, {n_nodes} nodes, about {blank.mesh_size:.3g} mm, t = {blank.thickness:g} mm"),
+        ("material", f"{material.name}: {_name(material.locus)} with {_name(material.hardening)}, plane stress"),
+        ("torsion stabilisation", "a membrane has no stiffness out of its plane"),
+    ]
+    skips = [("bending, layers", "a membrane carries none; springback and wrinkling need a shell")]
+    if type(material.hardening).__name__ != "TwoSurface":
+        skips.append(("backstress", "isotropic hardening"))
+    if blank.symmetry_planes:
+        planes = ", ".join(blank.symmetry_planes)
+        runs.append(("symmetry", f"plane(s) normal to {planes}: 1/{round(1 / blank.share)} of the part; forces are those of the whole"))
+    else:
+        skips.append(("symmetry planes", "the mesh has no symmetry_x, symmetry_y or symmetry_z group"))
+    for stage in scene.stages:
+        runs += [(f"stage {stage.name!r}, tool {tool.name}", _duty(tool)) for tool in stage.tools]
+        if stage.pressure:
+            runs.append((f"stage {stage.name!r}", f"pressure up to {stage.pressure:g} MPa, following the sheet"))
+        runs += [(f"stage {stage.name!r}, group {g}", f"moved by {tuple(m)} mm") for g, m in stage.moved.items()]
+        if not stage.tools:
+            skips.append((f"stage {stage.name!r}, contact", "no tools"))
+        if not any(tool.force for tool in stage.tools):
+            skips.append((f"stage {stage.name!r}, tool force balance", "no tool is driven by a force"))
+        frictionless = [tool.name for tool in stage.tools if tool.mu == 0.0]
+        if frictionless:
+            skips.append((f"stage {stage.name!r}, friction", f"none given for {', '.join(frictionless)}"))
+    skips.append(("projection of far nodes", "a node is projected only once it can have come near a tool"))
+    return Plan(tuple(runs), tuple(skips))
+
+
+def _duty(tool):
+    axis = tuple(float(c) for c in tool.axis)
+    friction = f", friction {tool.mu:g}" if tool.mu else ""
+    if tool.travel is not None:
+        return f"travels {tool.travel:g} mm along {axis} from touching the blank{friction}"
+    if tool.force is not None:
+        return f"presses with {tool.force:g} N, free along {axis}{friction}"
+    if tool.gap is not None:
+        return f"held at a gap of {tool.gap:g} mm{friction}"
+    return f"stands still{friction}"
+
+
+def _name(thing):
+    return repr(thing) if hasattr(type(thing), "__dataclass_fields__") else getattr(thing, "__name__", type(thing).__name__)

@@ -1,0 +1,118 @@
+"""What is read off a state: one row of the history per increment, and frames of the whole sheet."""
+
+import numpy as np
+
+from .contact.node_on_tool import OPEN
+from .draw_in import RimGauge
+from .results import Frame
+
+
+class Recorder:
+    """Reads states of one scene. Forces are those of the whole part, symmetric shares multiplied up."""
+
+    def __init__(self, scene, sheet):
+        self.scene, self.sheet = scene, sheet
+        self.gauges = {name: RimGauge(sheet, direction, name) for name, direction in scene.blank.draw_in.items()}
+        self.before = np.concatenate([[0.0], np.cumsum([stage.stroke for stage in scene.stages])])
+
+    def row(self, k, step, state, tools, results):
+        """Append one increment of stage k to the history."""
+        fraction, outcome = step.march.fraction, step.outcome
+        thickness = self.sheet.blank.thickness * np.exp(state.sheet.thickness_strain)
+        touching = np.zeros(len(self.sheet.points), dtype=bool)
+        columns = {}
+        for name in self.scene.tools:
+            contact = state.tools[name]
+            axis = self.scene.tools[name].unit_axis
+            columns[f"force_{name}"] = float(contact.force @ axis) / self.scene.blank.share
+            columns[f"travel_{name}"] = float(contact.travel[0])
+            touching |= contact.status != OPEN
+        for name, gauge in self.gauges.items():
+            columns[f"draw_in_{name}"] = gauge.read(state.sheet.x)
+        results.record(
+            stage=self.scene.stages[k].name,
+            increment=len(results.history.get("increment", [])) + 1,
+            stroke=float(self.before[k] + fraction * self.scene.stages[k].stroke),
+            iterations=outcome.iterations,
+            residual=outcome.residuals[-1],
+            n_contacts=int(touching.sum()),
+            thickness_min=float(thickness.min()),
+            thickness_max=float(thickness.max()),
+            thinning_max=float(1.0 - thickness.min() / self.sheet.blank.thickness),
+            **columns,
+        )
+
+    def frame(self, k, fraction, state, results):
+        """Frame of stage k at a fraction of it."""
+        points, cells = state.sheet.x, {}
+        thickness = self.sheet.blank.thickness * np.exp(state.sheet.thickness_strain)
+        major, minor = principal_strains(state.sheet.strain)
+        cells["thickness"] = thickness
+        cells["thinning"] = 1.0 - thickness / self.sheet.blank.thickness
+        cells["strain_major"], cells["strain_minor"] = major, minor
+        cells["plastic_strain"] = state.sheet.equivalent.copy()
+        cells["stress"] = cauchy_stress(self.sheet.membranes, state.sheet)
+        return Frame(
+            stage=self.scene.stages[k].name,
+            increment=len(results.history.get("increment", [])),
+            stroke=float(self.before[k] + fraction * self.scene.stages[k].stroke),
+            points=points.copy(),
+            point_fields=self.contact_fields(k, state),
+            cell_fields=cells,
+            tool_offsets={
+                name: state.tools[name].travel[0] * tool.unit_axis for name, tool in self.scene.tools.items()
+            },
+        )
+
+    def contact_fields(self, k, state):
+        """Displacement, and contact summed over the stage's tools; gaps are projected afresh for every node."""
+        x = state.sheet.x
+        n = len(x)
+        half = 0.5 * self.sheet.nodal_thickness(state.sheet.thickness_strain)
+        area = current_areas(self.sheet.membranes.cells, x)
+        gap, nearest = np.full(n, np.inf), np.full(n, -1)
+        pressure, traction = np.zeros(n), np.zeros((n, 3))
+        for tool in self.scene.stages[k].tools:
+            contact = state.tools[tool.name]
+            distance = tool.surface.project(x - contact.travel[0] * tool.unit_axis).distance - half
+            closer = distance < gap
+            gap[closer] = distance[closer]
+            nearest[closer] = list(self.scene.tools).index(tool.name)
+            pressure += contact.normal_force / area
+            traction += contact.friction_force / area[:, None]
+        return {
+            "displacement": x - self.sheet.points,
+            "contact_gap": gap if np.isfinite(gap).all() else np.zeros(n),
+            "contact_tool": nearest,
+            "contact_pressure": pressure,
+            "friction_traction": traction,
+        }
+
+
+def principal_strains(strain):
+    """Major and minor logarithmic strain in the plane, (m,) each. strain : (m, 3) [11, 22, 2*12]"""
+    mean, half = 0.5 * (strain[:, 0] + strain[:, 1]), 0.5 * (strain[:, 0] - strain[:, 1])
+    radius = np.hypot(half, 0.5 * strain[:, 2])
+    return mean + radius, mean - radius
+
+
+def cauchy_stress(membranes, sheet):
+    """Cauchy stress in space, (m, 6) xx yy zz xy yz xz [MPa]: a S a^T / J, J the ratio of volumes."""
+    corner = sheet.x[membranes.cells]
+    tangents = np.einsum("mic,mia->mca", corner, membranes.gradients)
+    s = sheet.second_stress
+    tensor = np.empty((len(s), 2, 2))
+    tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 0, 1], tensor[:, 1, 0] = s[:, 0], s[:, 1], s[:, 2], s[:, 2]
+    determinant = sheet.metric[:, 0] * sheet.metric[:, 1] - sheet.metric[:, 2] ** 2
+    volume_ratio = np.sqrt(determinant) * np.exp(sheet.thickness_strain)
+    full = np.einsum("mca,mab,mdb->mcd", tangents, tensor, tangents) / volume_ratio[:, None, None]
+    return np.stack([full[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
+
+
+def current_areas(cells, x):
+    """Tributary area of each node now, (n,) [mm^2]."""
+    corner = x[cells]
+    area = 0.5 * np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    nodal = np.zeros(len(x))
+    np.add.at(nodal, cells.ravel(), np.repeat(area / 3.0, 3))
+    return nodal

@@ -1,0 +1,85 @@
+"""What a run hands back: the history of every increment, frames of the sheet, energies."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The sheet and the tools at one stroke, ready to be written or drawn.
+
+    stroke : mm, travel of the leading tool over all stages so far (fraction of the stage where none travels)
+    points : (n, 3) current mid-surface nodes [mm]
+    point_fields : displacement (n, 3) mm, contact_gap (n,) mm, contact_pressure (n,) MPa,
+        friction_traction (n, 3) MPa, contact_tool (n,) index of the nearest tool or -1
+    cell_fields : thickness (m,) mm, thinning (m,) 1, strain_major (m,), strain_minor (m,) log strains,
+        plastic_strain (m,) equivalent, stress (m, 6) Cauchy xx yy zz xy yz xz MPa
+    tool_offsets : {tool name: (3,) mm displacement from its place in the CAD file}
+    """
+
+    stage: str
+    increment: int
+    stroke: float
+    points: np.ndarray
+    point_fields: dict
+    cell_fields: dict
+    tool_offsets: dict
+
+
+class Progress(NamedTuple):
+    """What `form` tells its `watch` after each increment."""
+
+    stage: str
+    increment: int
+    fraction: float  # of the whole run, 0..1
+    stroke: float  # mm
+    iterations: int  # Newton iterations of this increment
+    n_contacts: int  # nodes touching a tool
+    n_cut_backs: int  # so far
+
+
+@dataclass
+class Results:
+    """A finished (or stopped) run.
+
+    history : {column: list}, one entry per increment: stage, increment, stroke, iterations, residual,
+        n_contacts, force_<tool> [N, whole part, along the tool's axis, on the tool], travel_<tool> [mm],
+        draw_in_<name> [mm], thickness_min, thickness_max [mm], thinning_max
+    frames : [Frame], the ones asked for
+    energy : {internal, contact, friction, torsion, external: work by the tools and loads} [mJ], whole part
+    plan : Plan, what ran and what was skipped
+    finished : False where the run stopped early
+    """
+
+    plan: object
+    history: dict = field(default_factory=dict)
+    frames: list = field(default_factory=list)
+    energy: dict = field(default_factory=dict)
+    seconds: dict = field(default_factory=dict)
+    finished: bool = False
+
+    def record(self, **columns):
+        """Append one increment to the history."""
+        for name, value in columns.items():
+            self.history.setdefault(name, []).append(value)
+
+    def at(self, column, stroke):
+        """History column interpolated at a stroke [mm]."""
+        return float(np.interp(stroke, self.history["stroke"], self.history[column]))
+
+    def summary(self):
+        """Figures a report opens with: {name: number or text}."""
+        last = {name: values[-1] for name, values in self.history.items() if values}
+        forces = {f"max_{k}": float(np.max(np.abs(v))) for k, v in self.history.items() if k.startswith("force_")}
+        iterations = self.history.get("iterations", [])
+        return {
+            "finished": self.finished,
+            "increments": len(iterations),
+            "iterations": int(np.sum(iterations)),
+            **last,
+            **forces,
+            **{f"energy_{k}": v for k, v in self.energy.items()},
+            **{f"seconds_{k}": v for k, v in self.seconds.items()},
+        }

@@ -1,0 +1,216 @@
+"""What is formed, by what, in which order: frozen descriptions, checked on construction.
+
+A `Scene` is a `Blank` and a list of `Stage`s; a stage lists the `Tool`s that take part and what each
+does. Units: mm, N, s, MPa. Nothing here changes during a run.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from .errors import SceneError
+from .materials.material import Material
+
+AXES = "xyz"
+
+
+class Surface(Protocol):
+    """A rigid skin a point can be projected on: `cadlink.ToolSurface`, or anything with its call."""
+
+    def project(self, points: np.ndarray, seed: Any = None) -> Any:
+        """Closest points. points : (n, 3) mm. Returns distance (n,), point (n, 3), normal (n, 3),
+        curvature (n, 2), direction (n, 3), face (n,), seed."""
+        ...
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Friction traction limited to mu times the contact pressure.
+
+    mu : coefficient of friction, 0 or more
+    """
+
+    mu: float
+
+    def __post_init__(self):
+        if not np.isfinite(self.mu) or self.mu < 0.0:
+            raise SceneError(f"friction coefficient: found {self.mu!r}, expected a number of 0 or more")
+
+
+@dataclass(frozen=True)
+class Blank:
+    """The sheet before forming.
+
+    mesh : anything with points (n, 3) mm, cells (m, 3) and groups {name: node ids}; the points lie on
+        the sheet's mid-surface. Nodes of the groups symmetry_x, symmetry_y, symmetry_z stay on their
+        plane; forces and tool loads are then those of the whole part.
+    thickness : mm
+    material : Material
+    rolling : rolling direction, a vector in space, projected on each triangle
+    fixed : {group: axes held}, for example {"rim": "xyz"}
+    draw_in : {name: direction} along which the movement of the rim towards the blank's centre is
+        recorded, for example {"DX": (1, 0, 0)}
+    """
+
+    mesh: Any
+    thickness: float
+    material: Material
+    rolling: Sequence[float] = (1.0, 0.0, 0.0)
+    fixed: Mapping[str, str] = field(default_factory=dict)
+    draw_in: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    def __post_init__(self):
+        if not (np.isfinite(self.thickness) and self.thickness > 0.0):
+            raise SceneError(f"blank thickness: found {self.thickness!r}, expected a length above 0 mm")
+        points, cells = np.asarray(self.mesh.points), np.asarray(self.mesh.cells)
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise SceneError(f"blank mesh points: found shape {points.shape}, expected (n, 3) finite numbers")
+        if cells.ndim != 2 or cells.shape[1] != 3 or len(cells) == 0:
+            raise SceneError(f"blank mesh cells: found shape {cells.shape}, expected triangles, (m, 3)")
+        if cells.min() < 0 or cells.max() >= len(points):
+            raise SceneError(f"blank mesh cells name node {cells.max()}, but there are {len(points)} nodes")
+        missing = np.setdiff1d(np.arange(len(points)), cells)
+        if len(missing):
+            raise SceneError(f"blank mesh: node {missing[0]} belongs to no triangle")
+        for group, axes in self.fixed.items():
+            self.nodes_of(group)
+            if not axes or set(axes) - set(AXES):
+                raise SceneError(f"blank fixed {group!r}: found {axes!r}, expected some of the letters xyz")
+        for name, direction in {"rolling": self.rolling, **self.draw_in}.items():
+            if np.shape(direction) != (3,) or not np.linalg.norm(direction) > 0.0:
+                raise SceneError(f"blank direction {name!r}: found {direction!r}, expected 3 numbers, not all 0")
+
+    def nodes_of(self, group):
+        """Node ids of a named group. Raises SceneError with the names that exist."""
+        if group not in self.mesh.groups:
+            raise SceneError(f"blank group {group!r} does not exist; there are {sorted(self.mesh.groups)}")
+        return np.asarray(self.mesh.groups[group], dtype=np.int64)
+
+    @property
+    def symmetry_planes(self):
+        """Axes whose plane of symmetry the mesh is cut at, for example ("x", "y")."""
+        return tuple(axis for axis in AXES if f"symmetry_{axis}" in self.mesh.groups)
+
+    @property
+    def share(self):
+        """Part of the whole blank that is modelled: 1/4 for a quarter."""
+        return 0.5 ** len(self.symmetry_planes)
+
+    @property
+    def mesh_size(self):
+        """Median length of the triangles' sides [mm]."""
+        points, cells = np.asarray(self.mesh.points), np.asarray(self.mesh.cells)
+        sides = points[cells[:, [1, 2, 0]]] - points[cells]
+        return float(np.median(np.linalg.norm(sides, axis=2)))
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A rigid tool and what it does in its stage. Give at most one of travel, force and gap: without
+    them the tool stands still.
+
+    surface : Surface, normals out of the material
+    friction : Coulomb, or None for a frictionless tool
+    axis : direction of its motion
+    travel : mm along the axis over the stage, counted from first touching the blank
+    force : N for the whole part, pressing towards the blank
+    gap : mm between this tool and the far side of the blank; the blank's thickness means just touching
+    """
+
+    name: str
+    surface: Surface
+    friction: Coulomb | None = None
+    axis: Sequence[float] = (0.0, 0.0, 1.0)
+    travel: float | None = None
+    force: float | None = None
+    gap: float | None = None
+
+    def __post_init__(self):
+        duties = [key for key in ("travel", "force", "gap") if getattr(self, key) is not None]
+        if len(duties) > 1:
+            raise SceneError(f"tool {self.name!r}: found {' and '.join(duties)}, expected at most one of them")
+        if np.shape(self.axis) != (3,) or not np.linalg.norm(self.axis) > 0.0:
+            raise SceneError(f"tool {self.name!r} axis: found {self.axis!r}, expected 3 numbers, not all 0")
+        if self.travel is not None and not (np.isfinite(self.travel) and self.travel != 0.0):
+            raise SceneError(f"tool {self.name!r} travel: found {self.travel!r}, expected mm other than 0")
+        for key in ("force", "gap"):
+            value = getattr(self, key)
+            if value is not None and not (np.isfinite(value) and value > 0.0):
+                raise SceneError(f"tool {self.name!r} {key}: found {value!r}, expected a number above 0")
+
+    @property
+    def unit_axis(self):
+        """Axis as a unit vector, (3,)."""
+        return np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
+
+    @property
+    def mu(self):
+        """Coefficient of friction, 0 without friction."""
+        return self.friction.mu if self.friction else 0.0
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One operation: the tools that take part, loads, and prescribed movements.
+
+    tools : Tools; the first with a travel sets the stroke
+    pressure : MPa at the end of the stage on the sheet's face that its triangles' normals leave,
+        pushing against them; it follows the sheet and rises in proportion
+    moved : {group: (dx, dy, dz)} mm over the stage, None for a free axis
+    """
+
+    tools: Sequence[Tool] = ()
+    name: str = "draw"
+    pressure: float = 0.0
+    moved: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
+
+    def __post_init__(self):
+        names = [tool.name for tool in self.tools]
+        if len(set(names)) < len(names):
+            raise SceneError(f"stage {self.name!r}: tools {names} share a name, expected a name each")
+
+    @property
+    def stroke(self):
+        """Travel of the stage's leading tool [mm]; 1 where no tool travels (a pure load stage)."""
+        for tool in self.tools:
+            if tool.travel is not None:
+                return abs(tool.travel)
+        return 1.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A blank and the stages that form it.
+
+    name : heads reports and files
+    """
+
+    blank: Blank
+    stages: Sequence[Stage]
+    name: str = "forming"
+
+    def __post_init__(self):
+        if not self.stages:
+            raise SceneError("scene: found no stage, expected at least one")
+        for stage in self.stages:
+            for group in stage.moved:
+                self.blank.nodes_of(group)
+
+    @property
+    def tools(self):
+        """Every tool by name, as it first appears."""
+        found = {}
+        for stage in self.stages:
+            for tool in stage.tools:
+                found.setdefault(tool.name, tool)
+        return found
+
+    def plan(self):
+        """What will run, what is skipped, and why. Returns Plan, whose str() is the text."""
+        from .plan import plan
+
+        return plan(self)
+
+

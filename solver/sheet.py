@@ -1,0 +1,53 @@
+"""The blank as constant arrays: operators, pattern, hardening table, supports. Built once per run."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .elements.assembly import Pattern, build_pattern, gather_thickness
+from .elements.membrane import Membranes, build_membranes
+from .materials.hardening import tabulate
+from .scene import AXES, Blank
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """points (n, 3) initial nodes [mm]; area (n,) tributary area of each node [mm^2]; held (n, 3) bool,
+    unknowns that symmetry or the blank's `fixed` groups keep in place; table: hardening curve."""
+
+    blank: Blank
+    points: np.ndarray
+    membranes: Membranes
+    pattern: Pattern
+    table: np.ndarray
+    area: np.ndarray
+    held: np.ndarray
+    size: float
+
+    @property
+    def contact_stiffness(self):
+        """Scale of the contact stiffness, E t / size^2 [MPa/mm]."""
+        return self.blank.material.young * self.blank.thickness / self.size**2
+
+    def nodal_thickness(self, thickness_strain):
+        """Current thickness at the nodes (n,) [mm]. thickness_strain : (m,)"""
+        thickness = self.blank.thickness * np.exp(thickness_strain)
+        nodal = np.empty(len(self.points))
+        gather_thickness(thickness, self.membranes.area, self.pattern.node_first, self.pattern.node_slot, nodal)
+        return nodal
+
+
+def build_sheet(blank):
+    """Sheet of a blank. Raises SceneError where its hardening curve is not one."""
+    points = np.array(blank.mesh.points, dtype=float, order="C")
+    cells = np.asarray(blank.mesh.cells, dtype=np.int64)
+    membranes = build_membranes(points, cells, blank.thickness, blank.rolling)
+    area = np.zeros(len(points))
+    np.add.at(area, cells.ravel(), np.repeat(membranes.area / 3.0, 3))
+    held = np.zeros(points.shape, dtype=bool)
+    for axis in blank.symmetry_planes:
+        held[blank.nodes_of(f"symmetry_{axis}"), AXES.index(axis)] = True
+    for group, axes in blank.fixed.items():
+        held[np.ix_(blank.nodes_of(group), [AXES.index(axis) for axis in axes])] = True
+    pattern = build_pattern(cells, len(points))
+    return Sheet(blank, points, membranes, pattern, tabulate(blank.material.hardening), area, held, blank.mesh_size)
