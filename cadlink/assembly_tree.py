@@ -9,7 +9,7 @@ from OCP.STEPControl import STEPControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TColStd import TColStd_SequenceOfAsciiString
 from OCP.TDataStd import TDataStd_Name
-from OCP.TDF import TDF_Label, TDF_LabelSequence
+from OCP.TDF import TDF_AttributeIterator, TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
 from OCP.TopExp import TopExp_Explorer
@@ -127,10 +127,14 @@ def distinct(names):
 
 
 def label_name(label):
-    name = TDataStd_Name()
-    if not label.FindAttribute(TDataStd_Name.GetID_s(), name):
-        return ""
-    return name.Get().ToExtString().strip()
+    """The name on a label, "" for none. (FindAttribute crashes on labels of faces: iterate.)"""
+    attributes = TDF_AttributeIterator(label, True)
+    while attributes.More():
+        attribute = attributes.Value()
+        if isinstance(attribute, TDataStd_Name):
+            return attribute.Get().ToExtString().strip()
+        attributes.Next()
+    return ""
 
 
 def sub_shape_names(label):

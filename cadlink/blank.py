@@ -195,9 +195,9 @@ def _structured_rectangle(rectangle, size, kept):
 def _structured_disc(disc, size, kept):
     centre = np.array(disc.center, dtype=float)
     for axis, name in kept.items():
-        offset = centre[axis] / disc.radius
-        if abs(offset) > ON_PLANE:
-            _check_halves(name, 0.5 * (1 + offset) if abs(offset) < 1 else float(offset > 1), offset > 1)
+        if abs(centre[axis]) > disc.radius:
+            raise CadError(f"mesh_blank symmetry: the outline does not reach across the plane {name} = 0")
+        if abs(centre[axis]) > ON_PLANE * disc.radius:
             raise CadError(f"mesh_blank symmetry: the disc's centre is not on the plane {name} = 0")
     if not disc.holes:
         return lattice_quarter_disc(disc.radius, size)

@@ -14,6 +14,9 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
+# (Mesh.Algorithm, Mesh.RecombinationAlgorithm): Delaunay, frontal and frontal for quadrilaterals, then
+# simple or blossom recombination with a subdivision, after which no triangle remains
+QUAD_WAYS = ((8, 2), (8, 3), (6, 3), (5, 3))
 SAMPLES = 65  # points along each curve of a face, to tell its loops apart
 
 
@@ -132,30 +135,61 @@ def place_node(face, center):
 
 
 def mesh(size, shape):
-    """Triangles or quadrilaterals of one size: points (n, 2) mm, cells (m, 3) or (m, 4)."""
+    """Triangles or quadrilaterals of one size: points (n, 2) mm, cells (m, 3) or (m, 4).
+
+    No way to make quadrilaterals is best on every outline; of four, the one with the bluntest worst corner.
+    """
     options = {
         "Mesh.MeshSizeMin": size,
         "Mesh.MeshSizeMax": size,
         "Mesh.MeshSizeExtendFromBoundary": 0,
         "Mesh.MeshSizeFromPoints": 0,
         "Mesh.RandomSeed": 1,
-        "Mesh.Algorithm": 6,  # frontal Delaunay
     }
-    if shape == "quad":
-        # frontal Delaunay for quadrilaterals, then blossom and one subdivision: no triangle remains
-        options |= {"Mesh.Algorithm": 8, "Mesh.RecombineAll": 1, "Mesh.RecombinationAlgorithm": 3}
     for name, value in options.items():
         gmsh.option.setNumber(name, value)
-    gmsh.model.mesh.generate(2)
+    if shape == "triangle":
+        return triangles()
+    meshes = [quads(algorithm, recombination) for algorithm, recombination in QUAD_WAYS]
+    return max(meshes, key=lambda found: worst_corner(*found))
 
+
+def triangles():
+    """Frontal Delaunay triangles."""
+    gmsh.option.setNumber("Mesh.Algorithm", 6)
+    gmsh.model.mesh.generate(2)
+    return result(2, 3)
+
+
+def quads(algorithm, recombination):
+    """Quadrilaterals joined from triangles."""
+    gmsh.model.mesh.clear()
+    gmsh.option.setNumber("Mesh.Algorithm", algorithm)
+    gmsh.option.setNumber("Mesh.RecombineAll", 1)
+    gmsh.option.setNumber("Mesh.RecombinationAlgorithm", recombination)
+    gmsh.model.mesh.generate(2)
+    return result(3, 4)
+
+
+def result(kind, n_corners):
+    """The mesh gmsh holds: points (n, 2) mm and cells (m, n_corners), rows of points."""
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     row = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     row[tags] = np.arange(len(tags))
-    kind, n_corners = (3, 4) if shape == "quad" else (2, 3)
     found = {int(k): row[nodes] for k, nodes in zip(*gmsh.model.mesh.getElements(2)[::2])}
     if set(found) != {kind}:
-        raise ValueError(f"the mesh is not all {shape}s; try another size")
+        raise ValueError(f"the mesh has cells without {n_corners} corners; try another size")
     return xyz.reshape(-1, 3)[:, :2], found[kind].reshape(-1, n_corners)
+
+
+def worst_corner(points, cells):
+    """The smallest sine among the corners of all cells; negative where a cell is not convex."""
+    corner = points[cells]
+    ahead = np.roll(corner, -1, axis=1) - corner
+    behind = np.roll(corner, 1, axis=1) - corner
+    cross = ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0]
+    sine = cross / np.hypot(ahead[..., 0], ahead[..., 1]) / np.hypot(behind[..., 0], behind[..., 1])
+    return np.min(sine * np.sign(sine.sum(axis=1, keepdims=True)))
 
 
 if __name__ == "__main__":

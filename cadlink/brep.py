@@ -13,11 +13,18 @@ from collections import Counter
 
 import numpy as np
 from OCP.Bnd import Bnd_Box
-from OCP.BinTools import BinTools
+from OCP.BinTools import BinTools, BinTools_FormatVersion
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepGProp import BRepGProp
+from OCP.BRepTools import BRepTools
+from OCP.Geom import (
+    Geom_BSplineCurve,
+    Geom_BSplineSurface,
+    Geom_SurfaceOfLinearExtrusion,
+    Geom_SurfaceOfRevolution,
+)
 from OCP.GProp import GProp_GProps
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideContinuity
 from OCP.TopAbs import (
@@ -65,7 +72,8 @@ def part_record(shape):
     shape, flipped = outward(shape)
     faces = faces_of(shape)
     stream = io.BytesIO()
-    BinTools.Write_s(shape, stream)
+    version = BinTools_FormatVersion.BinTools_FormatVersion_CURRENT
+    BinTools.Write_s(shape, stream, False, False, version)
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
     corners = np.array([xyz(box.CornerMin()), xyz(box.CornerMax())])
@@ -140,19 +148,47 @@ def divide_creases(shape, faces):
 
 
 def may_crease(face):
+    """Whether normals jump across a C0 knot of the face's own surface."""
     surface = BRep_Tool.Surface_s(face)
-    if type(surface).__name__ == "Geom_BSplineSurface":
-        inner_u = range(2, surface.NbUKnots())
-        inner_v = range(2, surface.NbVKnots())
-        return any(surface.UMultiplicity(i) >= surface.UDegree() for i in inner_u) or any(
-            surface.VMultiplicity(i) >= surface.VDegree() for i in inner_v
-        )
-    basis = getattr(surface, "BasisCurve", None)
-    curve = basis() if basis else None
-    if type(curve).__name__ == "Geom_BSplineCurve":
-        degree = curve.Degree()
-        return any(curve.Multiplicity(i) >= degree for i in range(2, curve.NbKnots()))
+    u_knots, v_knots = c0_knots(surface)
+    if not u_knots and not v_knots:
+        return False
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    probe = FaceProbe(face)
+    for axis, knots, (a, b), (c, d) in (
+        (0, u_knots, (u0, u1), (v0, v1)),
+        (1, v_knots, (v0, v1), (u0, u1)),
+    ):
+        tiny = 1e-7 * (b - a)
+        for knot in knots:
+            if not a + tiny < knot < b - tiny:
+                continue
+            for along in np.linspace(c, d, 9):
+                uv = [(knot + step, along)[:: 1 - 2 * axis] for step in (-tiny, tiny)]
+                n, m = probe.normal(uv[0]), probe.normal(uv[1])
+                if np.linalg.norm(np.cross(n, m)) > CREASE:
+                    return True
     return False
+
+
+def c0_knots(surface):
+    """Inner knots in u and in v across which a surface is only continuous."""
+    if isinstance(surface, Geom_BSplineSurface):
+        u, v = surface.UDegree(), surface.VDegree()
+        return (
+            full_knots(surface.UKnot, surface.UMultiplicity, surface.NbUKnots(), u),
+            full_knots(surface.VKnot, surface.VMultiplicity, surface.NbVKnots(), v),
+        )
+    if isinstance(surface, (Geom_SurfaceOfRevolution, Geom_SurfaceOfLinearExtrusion)):
+        curve = surface.BasisCurve()
+        if isinstance(curve, Geom_BSplineCurve):
+            knots = full_knots(curve.Knot, curve.Multiplicity, curve.NbKnots(), curve.Degree())
+            return ([], knots) if isinstance(surface, Geom_SurfaceOfRevolution) else (knots, [])
+    return [], []
+
+
+def full_knots(knot, multiplicity, n, degree):
+    return [knot(i) for i in range(2, n) if multiplicity(i) >= degree]
 
 
 # --- its skin ------------------------------------------------------------------------------------

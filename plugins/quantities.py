@@ -1,6 +1,6 @@
 """Values of a scene file: plain numbers in mm, N, s, MPa, or text with a unit such as "19.6 kN".
 
-Each name below is a type for a pydantic field. A wrong value raises one line: what was found, what was expected.
+Each name below is a type for a pydantic field. A wrong value raises one line: what was found, and expected.
 """
 
 import re
@@ -17,7 +17,9 @@ EXAMPLES = {"mm": "2.5 mm", "N": "19.6 kN", "MPa": "70 GPa"}
 
 def wrong(found, expected):
     """The error of one value; both in words."""
-    return PydanticCustomError("scene", "found {found}, expected {expected}", {"found": found, "expected": expected})
+    return PydanticCustomError(
+        "scene", "found {found}, expected {expected}", {"found": found, "expected": expected}
+    )
 
 
 def shown(value):
@@ -68,7 +70,11 @@ def quantity(kind, unit=None, above=None, at_least=None, below=None):
         if limit is not None
     ]
     example = f', such as "{EXAMPLES[unit]}"' if unit in EXAMPLES else ""
-    expected = " ".join([kind, " and ".join(limits), f"in {unit}{example}" if unit else ""]).replace("  ", " ").strip()
+    expected = (
+        " ".join([kind, " and ".join(limits), f"in {unit}{example}" if unit else ""])
+        .replace("  ", " ")
+        .strip()
+    )
 
     def check(value):
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
@@ -92,7 +98,9 @@ def quantity(kind, unit=None, above=None, at_least=None, below=None):
 
 def _check_vector(value):
     good = isinstance(value, (list, tuple)) and len(value) == 3
-    good = good and all(isinstance(c, (int, float)) and not isinstance(c, bool) and isfinite(c) for c in value)
+    good = good and all(
+        isinstance(c, (int, float)) and not isinstance(c, bool) and isfinite(c) for c in value
+    )
     if not good or not any(value):
         raise wrong(shown(value), "a direction, three numbers that are not all 0, such as [1, 0, 0]")
     return tuple(float(c) for c in value)

@@ -171,7 +171,11 @@ def figure_rows(figures):
         ):
             if key.startswith(start):
                 name = key.removeprefix(start)
-                yield f"{words} {name if start in ('max_force_', 'draw_in_') else _words(name)}", f"{value * scale:,.{decimals}f}", unit
+                yield (
+                    f"{words} {name if start in ('max_force_', 'draw_in_') else _words(name)}",
+                    f"{value * scale:,.{decimals}f}",
+                    unit,
+                )
 
 
 def _words(name):
@@ -192,7 +196,11 @@ def comparison_table(summary):
             _words(row["quantity"]) + (f" [{row['unit']}]" if row["unit"] else ""),
             f"{row['stroke']:g}",
             measured,
-            "not reached" if computed is None else f"{computed:.2f}" if abs(computed) < 1000 else f"{computed:,.0f}",
+            "not reached"
+            if computed is None
+            else f"{computed:.2f}"
+            if abs(computed) < 1000
+            else f"{computed:,.0f}",
             "" if off is None else f"{off:+.1f} %",
         )
     return table
@@ -202,7 +210,10 @@ def comparison_table(summary):
 
 
 def plot(folder, file):
-    """Forces, draw-in and thinning over the stroke, with the measured draw-in, as a picture. Raises RunFolderError."""
+    """Forces, draw-in and thinning over the stroke, with the measured values, as a picture.
+
+    Raises RunFolderError where the folder holds no run.
+    """
     import matplotlib
 
     matplotlib.use("Agg")
@@ -215,7 +226,9 @@ def plot(folder, file):
         "largest thinning [%]": {k: 100.0 for k in history if k == "thinning_max"},
     }
     panels = {label: columns for label, columns in panels.items() if columns}
-    figure, axes = pyplot.subplots(1, len(panels), figsize=(5.0 * len(panels), 4.0), layout="constrained", squeeze=False)
+    figure, axes = pyplot.subplots(
+        1, len(panels), figsize=(5.0 * len(panels), 4.0), layout="constrained", squeeze=False
+    )
     for axis, (label, columns) in zip(axes[0], panels.items()):
         for column, scale in columns.items():
             name = column.removeprefix("force_").removeprefix("draw_in_")

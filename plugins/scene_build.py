@@ -21,7 +21,7 @@ def about(key):
 
 
 def build(keys, cad):
-    """keys : scene_keys.SceneKeys; cad : path of the STEP file or None. Returns solver.Scene; raises BuildError."""
+    """The scene. keys : scene_keys.SceneKeys; cad : path of the STEP file or None. Raises BuildError."""
     parts = Parts(cad)
     blank = build_blank(keys, parts)
     surfaces = {}
@@ -55,19 +55,24 @@ def build_blank(keys, parts):
 
     described = keys.blank
     with about("blank.part" if described.part else "blank.outline"):
-        outline = outline_of(described, parts)
-    with about("blank"):
         mesh = mesh_blank(
-            outline, size=described.size, arrangement=described.arrangement, symmetry=tuple(described.symmetry)
+            parts[described.part] if described.part else outline_of(described.outline),
+            size=described.size,
+            arrangement=described.arrangement,
+            symmetry=tuple(described.symmetry),
+            z=described.outline.z if described.outline else None,
         )
-    if described.outline is not None and described.outline.z:
-        mesh.points[:, 2] += described.outline.z
+    thickness = described.thickness or mesh.thickness
+    if thickness is None:
+        raise BuildError(
+            f"blank.thickness: missing, expected a length in mm: part {described.part!r} is no plate"
+        )
     with about("material"):
         material = build_material(keys.material)
     with about("blank"):
         return solver.Blank(
             mesh,
-            thickness=described.thickness or outline.thickness,
+            thickness=thickness,
             material=material,
             rolling=described.rolling,
             fixed=described.fixed,
@@ -75,19 +80,16 @@ def build_blank(keys, parts):
         )
 
 
-def outline_of(described, parts):
-    """The flat blank's outline: of a part of the CAD file, or the shape described."""
-    from cadlink import blank
+def outline_of(shape):
+    """The outline a scene describes in words."""
+    from cadlink.outline import Disc, Polygon, Rectangle
 
-    if described.part:
-        return blank.blank_outline(parts[described.part])
-    shape = described.outline
     if shape.rectangle:
-        return blank.Rectangle(*shape.rectangle, center=shape.center)
+        return Rectangle(*shape.rectangle, center=shape.center)
     if shape.disc:
-        return blank.Disc(shape.disc, center=shape.center)
-    (x, y), points = shape.center, shape.polygon
-    return blank.Polygon([(x + px, y + py) for px, py in points])
+        return Disc(shape.disc, center=shape.center)
+    x, y = shape.center
+    return Polygon([(x + px, y + py) for px, py in shape.polygon])
 
 
 def build_material(keys):

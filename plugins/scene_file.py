@@ -76,7 +76,7 @@ class SceneFile:
 
 
 def parse(path):
-    """The file's tables as a dict. Raises SceneFileError: no such file, not text, not TOML and in which line."""
+    """The file's tables as a dict. Raises SceneFileError: no such file, no text, no TOML and in which line."""
     try:
         return tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -91,7 +91,7 @@ def parse(path):
 
 
 def check(data, path):
-    """The values of a scene file. data : dict of tables. Raises SceneFileError with a line for each mistake."""
+    """The values of a scene file. data : its tables. Raises SceneFileError with a line for each mistake."""
     try:
         keys = SceneKeys.model_validate(data)
     except ValidationError as error:
@@ -153,7 +153,7 @@ def instead(name, known):
 
 
 def table_at(table, place):
-    """The class of the table a path of keys leads to; names chosen by the user and list indices lead nowhere."""
+    """The class of the table a path of keys leads to; names the user chose and list indices lead nowhere."""
     for key in place:
         field = table.model_fields.get(key) if isinstance(key, str) else None
         table = next(tables_in(field.annotation), table) if field else table
@@ -174,7 +174,7 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
     if (blank.part is None) == (blank.outline is None):
         found = "part and outline" if blank.part else "neither part nor outline"
         yield "blank", f"found {found}, expected one of them"
-    if blank.outline is not None and blank.thickness is None:
+    elif blank.outline is not None and blank.thickness is None:
         yield "blank.thickness", "missing, expected a length in mm: an outline has none"
     if len(set(blank.symmetry)) < len(blank.symmetry):
         yield "blank.symmetry", f"found {shown(blank.symmetry)}, expected each axis once"
@@ -200,7 +200,10 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
     columns = history_columns(keys)
     for i, row in enumerate(keys.compare.rows if keys.compare else ()):
         if row.quantity not in columns:
-            yield f"compare.rows[{i}].quantity", f"unknown column '{row.quantity}'; {instead(row.quantity, columns)}"
+            yield (
+                f"compare.rows[{i}].quantity",
+                f"unknown column '{row.quantity}'; {instead(row.quantity, columns)}",
+            )
 
 
 def _duties(place, tool):

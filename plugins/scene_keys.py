@@ -1,4 +1,4 @@
-"""Every key a scene file may hold, table by table. A field's description says what was expected when it is missing."""
+"""Every key a scene file may hold, table by table. A description says what is expected when a key is missing."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -58,7 +58,11 @@ class Outline(Table):
 
 
 def _one_outline(value):
-    shape = {key: kept for key, kept in value.items() if key not in ("center", "z")} if isinstance(value, dict) else value
+    shape = (
+        {key: kept for key, kept in value.items() if key not in ("center", "z")}
+        if isinstance(value, dict)
+        else value
+    )
     one_of(shape, ("rectangle", "disc", "polygon"), "a shape such as {rectangle = [150, 150]}")
     return value
 
@@ -72,7 +76,7 @@ def _axes(value):
 class Blank(Table):
     part: Name | None = None
     outline: Annotated[Outline, BeforeValidator(_one_outline)] | None = None
-    size: PositiveLength = Field(description='the length of a triangle\'s side in mm, such as 2.5')
+    size: PositiveLength = Field(description="the length of a triangle's side in mm, such as 2.5")
     arrangement: Literal["structured", "unstructured"] = "structured"
     symmetry: list[Literal["x", "y"]] = []
     thickness: PositiveLength | None = None
@@ -169,7 +173,9 @@ CURVES = ("swift", "ludwik", "voce", "hockett_sherby", "table")
 
 
 def _one_curve(value):
-    curve = {key: kept for key, kept in value.items() if key != "weight"} if isinstance(value, dict) else value
+    curve = (
+        {key: kept for key, kept in value.items() if key != "weight"} if isinstance(value, dict) else value
+    )
     one_of(curve, CURVES, "a hardening curve")
     return value
 
@@ -195,7 +201,7 @@ class Hardening(Curve):
 
 class Material(Table):
     name: Name = "sheet"
-    young: PositiveStress = Field(description="Young's modulus in MPa, such as \"70 GPa\"")
+    young: PositiveStress = Field(description='Young\'s modulus in MPa, such as "70 GPa"')
     poisson: Poisson = Field(description="Poisson's ratio, such as 0.3")
     locus: Annotated[Locus, BeforeValidator(_locus)] = Field(description='"von Mises" or {hill = {r = 0.64}}')
     hardening: Annotated[Hardening, BeforeValidator(_one_curve_or_sum)] = Field(
@@ -210,7 +216,7 @@ DUTIES = ("travel", "force", "gap")
 
 
 class Tool(Table):
-    """A tool, or what changes for it in one stage. part : its name in the CAD file; the table's own name by default."""
+    """A tool, or what changes for it in one stage. part : its name in the CAD file; by default the table's."""
 
     part: Name | None = None
     friction: Coefficient | None = None
@@ -296,7 +302,9 @@ class Measured(Table):
 
 class Compare(Table):
     source: Name = Field(description="where the measured values come from")
-    rows: list[Measured] = Field(description='rows such as {quantity = "draw_in_DX", stroke = 40, measured = 28.5}')
+    rows: list[Measured] = Field(
+        description='rows such as {quantity = "draw_in_DX", stroke = 40, measured = 28.5}'
+    )
 
 
 class SceneKeys(Table):

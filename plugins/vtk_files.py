@@ -13,7 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkIntArray, vtkPoints, vtkStringArray
-from vtkmodules.vtkCommonDataModel import VTK_QUAD, VTK_TRIANGLE, vtkCellArray, vtkPolyData, vtkUnstructuredGrid
+from vtkmodules.vtkCommonDataModel import (
+    VTK_QUAD,
+    VTK_TRIANGLE,
+    vtkCellArray,
+    vtkPolyData,
+    vtkUnstructuredGrid,
+)
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
 CELL_KINDS = {3: VTK_TRIANGLE, 4: VTK_QUAD}
@@ -34,7 +40,8 @@ class PvdWriter:
 
     path : cup.pvd; frames/cup_0000.vtu and tools/cup_PUNCH_0000.vtp are written beside it
     scene : solver.Scene; tools whose surface has a CAD part (`surface.part.triangles()`) are written too
-    resume : keep the frames the file has; frames from the first stroke written anew on are replaced
+    resume : keep the frames the file has
+    A frame takes the place of those with its stroke or more: what a resumed run goes through again.
     Raises OSError where the files cannot be written.
     """
 
@@ -42,19 +49,19 @@ class PvdWriter:
         self.path = Path(path)
         self.cells = np.ascontiguousarray(scene.blank.mesh.cells, dtype=np.int64)
         self.symmetry = scene.blank.symmetry_planes
-        self.tools = {name: shown for name, tool in scene.tools.items() if (shown := _triangles(tool)) is not None}
+        self.tools = {
+            name: shown for name, tool in scene.tools.items() if (shown := _triangles(tool)) is not None
+        }
         self.file_names = _file_names(self.tools)
         self.places = {}  # tool name -> (offset, file) written last
         self.entries = read_pvd(self.path) if resume and self.path.exists() else []
-        self.trimmed = not self.entries
         if not self.entries:
             self._remove_earlier_run()
 
     def write(self, frame):
         """Append one frame (solver.Frame): the sheet, and each tool that has moved since the last."""
-        if not self.trimmed:
-            self.entries = [e for e in self.entries if e.time < frame.stroke - 1e-9 * max(1.0, abs(frame.stroke))]
-            self.trimmed = True
+        earlier = frame.stroke - 1e-9 * max(1.0, abs(frame.stroke))
+        self.entries = [entry for entry in self.entries if entry.time < earlier]
         number = sum(entry.part == 0 for entry in self.entries)
         sheet = self._place("frames", f"{self.path.stem}_{number:04d}.vtu")
         write_sheet(self.path.parent / sheet, frame, self.cells, self.symmetry)
@@ -90,7 +97,7 @@ class PvdWriter:
 
 
 def _triangles(tool):
-    """Points (n, 3) and triangles (m, 3) to show a tool by, at its place in the CAD file; None without a part."""
+    """Points (n, 3) and triangles (m, 3) to show a tool by, where the CAD file has it; None without a part."""
     part = getattr(tool.surface, "part", None)
     if part is None:
         return None
@@ -110,7 +117,7 @@ def _file_names(names):
 
 
 def write_sheet(path, frame, cells, symmetry=()):
-    """The sheet of one frame as a .vtu, with its fields; time, stage, increment and symmetry planes as field data.
+    """The sheet of one frame as a .vtu, with its fields; stroke, stage, increment, symmetry as field data.
 
     frame : solver.Frame; cells : (m, 3) or (m, 4); symmetry : ("x", "y") for a quarter
     """

@@ -35,10 +35,12 @@ def dot(a, b):
 
 
 @njit(forceinline=True)
-def node_force(gap, n, h, lam, kn, kt, mu, tau_old, n_old, du, tau, stiffness):
+def node_force(gap, n, h, lam, kn, kt, mu, tau_old, n_old, du, held, tau, stiffness):
     """Force of one touching node. Fills tau (3,) and stiffness (3, 3) = - d(N n + tau)/dx; returns N and
-    the state."""
-    normal_force = max(lam - kn * gap, 0.0)
+    the state. held : the node may pull at its tool."""
+    normal_force = lam - kn * gap
+    if not held:
+        normal_force = max(normal_force, 0.0)
     for i in range(3):
         for j in range(3):
             stiffness[i, j] = kn * n[i] * n[j] - normal_force * h[i, j]
@@ -52,7 +54,7 @@ def node_force(gap, n, h, lam, kn, kt, mu, tau_old, n_old, du, tau, stiffness):
     for i in range(3):
         trial[i] = tau_old[i] - lever / cos * (n_old[i] + n[i]) - kt * (du[i] - lift * n[i])
     size = sqrt(dot(trial, trial))
-    limit = mu * normal_force
+    limit = mu * max(normal_force, 0.0)
     sticks = size <= limit
     factor = 1.0 if sticks else limit / size
     state = STICK if sticks else SLIP
@@ -86,21 +88,23 @@ def node_force(gap, n, h, lam, kn, kt, mu, tau_old, n_old, du, tau, stiffness):
 
 @njit(parallel=True, cache=True)
 def contact_forces(
-    near, distance, normal, curvature, direction, half_thickness, touch, lam, kn, kt, mu,
+    near, distance, normal, curvature, direction, half_thickness, first, lam, kn, kt, mu,
     tau_old, n_old, state_old, x, x_old, move, force, stiffness, normal_force, tau, n_new, gap, state,
 ):  # fmt: skip
     """Adds the contact forces of one tool.
 
     near : (k,) node ids; distance (k,), normal (k, 3), curvature (k, 2), direction (k, 3) of their projection
     half_thickness (n,), lam (n,), kn (n,), kt (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
-    touch : gap up to which a node counts as touching [mm]; x, x_old (n, 3); move (3,) of the tool over the increment
+    first : at an increment's first evaluation the nodes that touched before still do, and so do those within a
+    gap of `first` [mm], so that the tangent knows them; 0 later; x, x_old (n, 3); move (3,) of the tool over the increment
     adds to force (n, 3) [N]; fills stiffness (n, 3, 3) [N/mm], normal_force (n,), tau (n, 3), n_new (n, 3), gap (n,),
     state (n,) of the near nodes
     """
     for k in prange(near.shape[0]):
         node = near[k]
         gap[node] = distance[k] - half_thickness[node]
-        if lam[node] - kn[node] * gap[node] <= -kn[node] * touch:
+        held = first > 0.0 and state_old[node] != OPEN
+        if not held and lam[node] - kn[node] * gap[node] <= -kn[node] * first:
             continue
         h = np.empty((3, 3))
         du = np.empty(3)
@@ -111,7 +115,7 @@ def contact_forces(
             # A new contact has no old normal, and no friction force to carry.
             n_start[c] = normal[k, c] if state_old[node] == OPEN else n_old[node, c]
         normal_force[node], state[node] = node_force(
-            gap[node], normal[k], h, lam[node], kn[node], kt[node], mu, tau_old[node], n_start, du,
+            gap[node], normal[k], h, lam[node], kn[node], kt[node], mu, tau_old[node], n_start, du, held,
             tau[node], stiffness[node],
         )  # fmt: skip
         for c in range(3):

@@ -50,7 +50,6 @@ class Equilibrium:
         self.driven = [run for run in tools if run.load > 0.0]
         n, m = len(sheet.points), len(sheet.membranes.cells)
         self.torsion = method.torsion * sheet.blank.material.initial_yield_stress
-        self.touch = TOUCH * sheet.blank.thickness
         self.normal, self.modulus = np.empty((m, 3)), np.empty((m, 3))
         self.half_thickness = np.empty(n)
         self.slot_load = np.empty((m, 3, 3))
@@ -72,9 +71,14 @@ class Equilibrium:
         )
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(sheet.thickness_strain)
 
-    def evaluate(self, old, new, pressure):
+    def evaluate(self, old, new, pressure, first=False):
         """Fill new from its positions and tool travels. Returns the residuals: nodes (n, 3), 0 where fixed,
-        driven tools (k,), and the scale of the forces in play, all [N]."""
+        driven tools (k,), and the scale of the forces in play, all [N].
+
+        The first evaluation of an increment remembers who touched: those nodes, and those that lie on a tool
+        without force, enter the tangent, even where the sheet has thinned away from the tool meanwhile.
+        """
+        self.touch = TOUCH * self.sheet.blank.thickness if first else 0.0
         membranes, material, sheet = self.sheet.membranes, self.sheet.blank.material, new.sheet
         pattern = self.sheet.pattern
         cells, gradients, volume = membranes.cells, membranes.gradients, membranes.volume
@@ -112,6 +116,8 @@ class Equilibrium:
         after.normal_force[:], after.friction_force[:], after.status[:] = 0.0, 0.0, OPEN
         slack = np.divide(after.multiplier, run.kn)
         reach = self.half_thickness + slack + self.touch
+        if self.touch > 0.0:
+            reach[before.status != OPEN] = np.inf
         near, hit = run.neighbourhood.project(new.sheet.x - after.travel * run.axis, reach)
         after.gap[:] = run.neighbourhood.distance - self.half_thickness
         before_contact = self.contact.sum(axis=0)

@@ -62,7 +62,7 @@ def iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out):
     newton, size = method.newton, equilibrium.sheet.size
     driven = [new.tools[run.tool.name] for run in equilibrium.driven]
     softest = 1e-3 * equilibrium.sheet.contact_stiffness * equilibrium.sheet.area.sum()
-    residual, balance, scale = equilibrium.evaluate(old, new, pressure)
+    residual, balance, scale = equilibrium.evaluate(old, new, pressure, first=True)
     error = relative(residual, balance, scale, scale_floor)
     last_step = np.inf
     for _ in range(newton.iterations):

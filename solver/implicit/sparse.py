@@ -17,7 +17,7 @@ def nested_dissection(row, column, n_nodes):
         return None
     off = row != column
     first = np.searchsorted(row[off], np.arange(n_nodes + 1))
-    order, _ = pymetis.nested_dissection(xadj=first.tolist(), adjncy=column[off].tolist())
+    order, _ = pymetis.nested_dissection(pymetis.CSRAdjacency(first, column[off]))
     return np.asarray(order)
 
 

@@ -1,0 +1,222 @@
+"""The command `cadlink`. Each command imports what it needs when it runs, so that --help stays quick."""
+
+import os
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, CycloptsError, Parameter
+
+DONE, UNEXPECTED, WRONG_INPUT, STOPPED_EARLY, INTERRUPTED = 0, 1, 2, 3, 130
+
+app = App(
+    name="cadlink",
+    help="Sheet-metal forming on exact CAD surfaces: a STEP die in, a formed sheet out.",
+    help_epilogue="Exit status: 0 done; 2 wrong input; 3 the run stopped early, --resume goes on; 130 Ctrl-C."
+    " With --debug, an unexpected error shows where it came from.",
+    help_format="plaintext",
+)
+
+Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print JSON instead of tables.")]
+
+
+@app.command
+def inspect(file: Path, *, as_json: Json = False):
+    """Show what a STEP file holds: parts, faces by kind, unit, size, smallest radii.
+
+    Parameters
+    ----------
+    file
+        STEP file.
+    """
+    from .inspect_step import describe, parts_table
+
+    parts = describe(file)
+    if as_json:
+        print_json(parts)
+    else:
+        print_table(parts_table(parts))
+
+
+@app.command
+def check(scene: Path, *, as_json: Json = False):
+    """Check a scene and say what will run, what is skipped, and why.
+
+    Parameters
+    ----------
+    scene
+        Scene file (TOML).
+    """
+    from .check_scene import check_scene
+
+    checked = check_scene(scene)
+    if as_json:
+        print_json(checked)
+    else:
+        print(checked["name"], checked["plan"], *checked["starts"], sep="\n")
+
+
+@app.command
+def run(
+    scene: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    resume: Annotated[bool, Parameter(negative=())] = False,
+    as_json: Json = False,
+):
+    """Form the sheet a scene describes, and compare it with measured values where the scene has some.
+
+    Parameters
+    ----------
+    scene
+        Scene file (TOML).
+    output
+        Folder for result.pvd, history.csv, summary.json, run.log, checkpoint.h5.
+    resume
+        Go on from the folder's checkpoint.
+    """
+    from .run_folder import run_in_folder
+
+    summary = run_in_folder(scene, output, resume)
+    print_report(summary, as_json)
+    if summary["finished"]:
+        return DONE
+    again = f"cadlink run {scene} -o {output} --resume"
+    reached = summary["figures"].get("stroke", 0.0)
+    say(f"stopped at {reached:.4g} mm of stroke: {summary['message']}. The last good state is saved: {again}")
+    return INTERRUPTED if summary["interrupted"] else STOPPED_EARLY
+
+
+@app.command
+def show(
+    folder: Path,
+    *,
+    png: Path,
+    field: str = "thinning",
+    stroke: float | None = None,
+):
+    """Draw the formed sheet, coloured by a field, and the tools around it.
+
+    Parameters
+    ----------
+    folder
+        Folder of a run, or a .pvd file.
+    png
+        Picture to write.
+    field
+        Point or cell field, such as thinning, thickness, plastic_strain, contact_pressure.
+    stroke
+        Stroke in mm, the nearest frame is drawn; the last one by default.
+    """
+    from .pyvista_view import draw_run
+
+    draw_run(folder, png, field=field, stroke=stroke)
+    print(png)
+
+
+@app.command
+def report(folder: Path, *, plot: Path | None = None, as_json: Json = False):
+    """Print the figures of a run, and the comparison with measured values.
+
+    Parameters
+    ----------
+    folder
+        Folder of a run.
+    plot
+        Picture of forces, draw-in and thinning over the stroke to write.
+    """
+    from . import report as figures
+
+    print_report(figures.read_summary(folder), as_json)
+    if plot:
+        figures.plot(folder, plot)
+
+
+def print_table(*tables):
+    """rich tables on standard output, as wide as they are where no terminal limits them."""
+    from rich.console import Console
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=200)
+    for table in tables:
+        console.print(table)
+
+
+def print_json(data):
+    """JSON on standard output."""
+    from .report import as_json
+
+    print(as_json(data))
+
+
+def print_report(summary, as_json):
+    """Figures and comparison of a run."""
+    from .report import comparison_table, figures_table
+
+    if as_json:
+        print_json(summary)
+    else:
+        print_table(figures_table(summary), *([comparison_table(summary)] if summary["comparison"] else []))
+
+
+def say(text):
+    """Each line of a message on standard error."""
+    for line in str(text).splitlines():
+        print(f"cadlink: {line}", file=sys.stderr)
+
+
+def input_errors():
+    """Exceptions that mean the input is wrong, of the modules that are loaded: no other can have raised."""
+    names = {
+        "cadlink.errors": "CadError",
+        "solver.errors": "SceneError",
+        "plugins.scene_file": "SceneFileError",
+        "plugins.report": "RunFolderError",
+    }
+    return tuple(
+        getattr(sys.modules[module], name) for module, name in names.items() if module in sys.modules
+    )
+
+
+def main(arguments=None):
+    """Run one command. arguments : list of str, those of the process by default. Returns the exit status."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in arguments
+    arguments = [argument for argument in arguments if argument != "--debug"]
+    try:
+        status = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        return status if isinstance(status, int) else DONE
+    except CycloptsError as error:
+        say(" ".join(str(error).split()) + " (cadlink --help)")
+        return WRONG_INPUT
+    except KeyboardInterrupt:
+        say("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except Exception as error:
+        if debug:
+            raise
+        if isinstance(error, input_errors()):
+            say(error)
+            return WRONG_INPUT
+        if isinstance(error, OSError) and error.filename:
+            say(f"{error.filename}: {error.strerror}")
+            return WRONG_INPUT
+        say(f"unexpected {type(error).__name__}: {error}. Traceback in {keep_traceback()}; --debug shows it")
+        return UNEXPECTED
+
+
+def keep_traceback():
+    """Writes the traceback of the current exception to a file of its own. Returns its path."""
+    with tempfile.NamedTemporaryFile("w", prefix="cadlink-", suffix=".log", delete=False) as file:
+        traceback.print_exc(file=file)
+    return file.name
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""From a scene file to a solver.Scene."""
+
+import numpy as np
+import pytest
+
+from plugins.scene_file import SceneFileError, load_scene
+
+BULGE = """
+[blank]
+outline = {disc = 50, z = 1.5}
+size = 10
+symmetry = ["x", "y"]
+thickness = "0.8 mm"
+fixed = {rim = "xyz"}
+[material]
+young = "206 GPa"
+poisson = 0.3
+locus = "von Mises"
+hardening = {swift = {K = 565, e0 = 0.007, n = 0.26}}
+[[stages]]
+name = "bulge"
+pressure = "5 MPa"
+moved = {center = ["free", "free", 2]}
+"""
+
+
+def scene_of(tmp_path, text):
+    path = tmp_path / "s.toml"
+    path.write_text(text)
+    return load_scene(path)
+
+
+def test_a_bulge_needs_neither_cad_nor_tools(tmp_path):
+    scene = scene_of(tmp_path, BULGE)
+    points = scene.blank.mesh.points
+    assert scene.blank.symmetry_planes == ("x", "y")
+    assert np.abs(points[:, 2] - 1.5).max() < 1e-12
+    assert np.linalg.norm(points[scene.blank.nodes_of("rim"), :2], axis=1) == pytest.approx(50.0)
+    (stage,) = scene.stages
+    assert (stage.name, stage.pressure, stage.moved["center"]) == ("bulge", 5.0, (None, None, 2.0))
+    assert scene.blank.material.locus.r == 1.0
+
+
+def test_a_rectangle_and_a_polygon(tmp_path):
+    for shape in ("{rectangle = [100, 60]}", "{polygon = [[-50, -30], [50, -30], [50, 30], [-50, 30]]}"):
+        mesh = scene_of(
+            tmp_path,
+            BULGE.replace("{disc = 50, z = 1.5}", shape).replace(
+                "size = 10", 'size = 10\narrangement = "unstructured"'
+            ),
+        ).blank.mesh
+        assert mesh.points.max(axis=0) == pytest.approx([50.0, 30.0, 0.0])
+
+
+def test_a_group_that_does_not_exist(tmp_path):
+    with pytest.raises(
+        SceneFileError, match=r"s.toml: blank: blank group 'edge' does not exist; there are .*rim"
+    ):
+        scene_of(tmp_path, BULGE.replace("{rim =", "{edge ="))
+    with pytest.raises(SceneFileError, match=r"s.toml: stages: blank group 'tip' does not exist"):
+        scene_of(tmp_path, BULGE.replace("{center =", "{tip ="))

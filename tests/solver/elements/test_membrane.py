@@ -1,0 +1,191 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from solver import Blank, Implicit, Material, Newton, PlanarHill, Scene, Stage, Swift, form
+from solver.elements.membrane import build_membranes, internal_forces, metrics, stiffnesses, torsion_moduli
+from solver.elements.pressure import pressure_forces
+from solver.materials.hardening import tabulate
+from solver.materials.planar_hill import update
+from tests.solver.lattice import square
+
+STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589), "mild steel")
+TIGHT = Implicit(newton=Newton(residual=1e-11, correction=1e-9))
+TABLE = tabulate(STEEL.hardening)
+
+
+class Patch:
+    """A few membranes with material, evaluated at any positions."""
+
+    def __init__(self, mesh, rolling=(1.0, 0.0, 0.0)):
+        self.start = mesh.points.copy()
+        self.m = build_membranes(mesh.points, mesh.cells, 0.8, rolling)
+        n = len(mesh.cells)
+        self.plastic, self.equivalent = np.zeros((n, 3)), np.zeros(n)
+        self.normal, self.modulus = self.m.axes[:, 2].copy(), np.zeros((n, 3))
+
+    def stress(self, x):
+        n = len(self.m.cells)
+        metric, s, ds = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
+        h, hp, ep, t, h33 = np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty(n)
+        metrics(x, self.m.cells, self.m.gradients, metric)
+        update(metric, self.plastic, self.equivalent, 206000.0, 0.3, 1.77, TABLE, s, ds, h, hp, ep, t, h33)
+        return s, ds
+
+    def forces(self, x):
+        s, _ = self.stress(x)
+        force = np.empty((len(self.m.cells), 3, 3))
+        internal_forces(
+            x, self.start, self.m.cells, self.m.gradients, self.m.volume, s, self.normal, self.modulus, force
+        )
+        return force
+
+    def stiffness(self, x):
+        s, ds = self.stress(x)
+        k = np.empty((len(self.m.cells), 3, 3, 3, 3))
+        stiffnesses(x, self.m.cells, self.m.gradients, self.m.volume, s, ds, self.normal, self.modulus, k)
+        return k
+
+
+def bent(mesh, scale, seed=1):
+    x = mesh.points.copy()
+    rng = np.random.default_rng(seed)
+    x[:, 2] = 0.05 * x[:, 0] ** 2 - 0.03 * x[:, 0] * x[:, 1]
+    return x + scale * rng.standard_normal(x.shape)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 0.1])
+def test_stiffness_is_the_derivative_of_the_forces(scale):
+    mesh = square(2, 3.0, distort=0.2)
+    patch = Patch(mesh, rolling=(0.6, 0.8, 0.0))
+    x = bent(mesh, scale)
+    torsion_moduli(
+        x, patch.m.cells, patch.m.gradients, patch.stress(x)[0], 2.0, patch.normal, patch.modulus
+    )
+    k = patch.stiffness(x)
+    step = 1e-6
+    for node in range(len(x)):
+        for c in range(3):
+            e = np.zeros_like(x)
+            e[node, c] = step
+            numeric = (patch.forces(x + e) - patch.forces(x - e)) / (2 * step)
+            exact = np.zeros_like(numeric)
+            for i in range(3):
+                here = patch.m.cells[:, i] == node
+                exact[here] += k[here][:, :, :, i, c]
+            assert exact == pytest.approx(numeric, abs=2e-6 * np.abs(k).max())
+    assert k == pytest.approx(k.transpose(0, 3, 4, 1, 2), abs=1e-9 * np.abs(k).max())
+
+
+def test_pressure_tangent_is_the_derivative_of_the_forces():
+    mesh = square(1, 2.0)
+    x = bent(mesh, 0.2)
+
+    def forces(x):
+        f, k = np.empty((2, 3, 3)), np.zeros((2, 3, 3, 3, 3))
+        pressure_forces(x, mesh.cells, 1.7, f, k)
+        return f, k
+
+    f, k = forces(x)
+    corner = x[mesh.cells]
+    area = 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]).sum(axis=0)
+    assert f.sum(axis=(0, 1)) == pytest.approx(-1.7 * area)
+    for i in range(2):
+        for j in range(3):
+            for c in range(3):
+                e = np.zeros_like(x)
+                e[mesh.cells[i, j], c] = 1e-6
+                numeric = (forces(x + e)[0][i] - forces(x - e)[0][i]) / 2e-6
+                assert -k[i, :, :, j, c] == pytest.approx(numeric, abs=1e-8)
+
+
+def test_a_rigid_turn_makes_no_stress_and_turns_the_forces():
+    mesh = square(3, 5.0, distort=0.2)
+    patch = Patch(mesh)
+    stretched = bent(mesh, 0.05)
+    turn = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix()
+    moved = mesh.points @ turn.T + [3.0, -2.0, 7.0]
+    assert np.abs(patch.stress(moved)[0]).max() < 1e-9 * STEEL.young
+    assert patch.stress(stretched @ turn.T)[0] == pytest.approx(patch.stress(stretched)[0], abs=1e-8)
+    assert patch.forces(stretched @ turn.T) == pytest.approx(patch.forces(stretched) @ turn.T, abs=1e-8)
+
+
+def test_forces_of_a_triangle_balance():
+    mesh = square(2, 3.0, distort=0.2)
+    patch = Patch(mesh)
+    x = bent(mesh, 0.1)
+    f = patch.forces(x)
+    corner = x[mesh.cells]
+    assert f.sum(axis=1) == pytest.approx(0.0, abs=1e-9)
+    assert np.cross(corner, f).sum(axis=1) == pytest.approx(0.0, abs=1e-8)
+
+
+def test_energy_of_the_forces_is_that_of_the_stress():
+    # f . dx = V S : dE for any movement, here along a straight path inside one elastic increment.
+    mesh = square(2, 3.0, distort=0.2)
+    patch = Patch(mesh)
+    rng = np.random.default_rng(5)
+    x, dx = bent(mesh, 1e-5), 1e-6 * rng.standard_normal(mesh.points.shape)
+    metric = [np.empty((len(mesh.cells), 3)) for _ in range(2)]
+    for sign, out in zip((-1, 1), metric):
+        metrics(x + sign * dx, patch.m.cells, patch.m.gradients, out)
+    de = 0.5 * (metric[1] - metric[0]) * [1, 1, 2]
+    work = np.sum(patch.m.volume[:, None] * patch.stress(x)[0] * de)
+    f = np.zeros_like(x)
+    np.add.at(f, mesh.cells.ravel(), patch.forces(x).reshape(-1, 3))
+    assert np.sum(f * 2 * dx) == pytest.approx(work, rel=1e-8)
+
+
+def test_torsion_modulus_adds_the_compressive_part_of_the_stress():
+    mesh = square(1, 1.0)
+    patch = Patch(mesh)
+    s = np.array([[-100.0, 40.0, 0.0], [30.0, 20.0, 0.0]])
+    torsion_moduli(mesh.points, patch.m.cells, patch.m.gradients, s, 1.0, patch.normal, patch.modulus)
+    assert patch.modulus == pytest.approx(np.array([[101.0, 1.0, 0.0], [1.0, 1.0, 0.0]]))
+    angle = 0.7  # the same stress turned by an angle gives the turned modulus
+    c, w = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -w], [w, c]])
+    for principal in ((-100.0, 40.0), (-100.0, -30.0)):
+        t = turn @ np.diag(principal) @ turn.T
+        torsion_moduli(
+            mesh.points, patch.m.cells, patch.m.gradients, np.tile([t[0, 0], t[1, 1], t[0, 1]], (2, 1)), 1.0,
+            patch.normal, patch.modulus,
+        )  # fmt: skip
+        expected = turn @ np.diag(1.0 + np.maximum(-np.array(principal), 0.0)) @ turn.T
+        assert patch.modulus[0] == pytest.approx([expected[0, 0], expected[1, 1], expected[0, 1]])
+
+
+@pytest.mark.parametrize("rolling", [(1.0, 0.0, 0.0), (0.3, 0.9, 0.0)])
+def test_patch_uniaxial_tension_of_a_distorted_mesh(rolling):
+    # Force and thickness in closed form: s(ep) with h1 = s/E + ep; benchmarks.md L.
+    mesh = square(4, 10.0, distort=0.3)
+    ep, r = 0.18, 1.77
+    s = STEEL.hardening(ep)
+    h1 = s / STEEL.young + ep
+    h2 = -0.3 * s / STEEL.young - r / (1 + r) * ep
+    h3 = -0.3 * s / STEEL.young - ep / (1 + r)
+    blank = Blank(mesh, 0.8, STEEL, rolling=rolling, fixed={"all": "z"})
+    results = form(Scene(blank, [Stage(moved={"right": (10 * np.expm1(h1), None, None)})]), TIGHT, frames=1)
+    frame = results.frames[-1]
+    assert frame.cell_fields["thickness"] == pytest.approx(0.8 * np.exp(h3), rel=1e-8)
+    assert frame.cell_fields["plastic_strain"] == pytest.approx(ep, rel=1e-8)
+    assert frame.points[mesh.groups["top"], 1] == pytest.approx(10 * np.exp(h2), rel=1e-8)
+    inner = 5.0 * mesh.points / 5.0 * [np.exp(h1), np.exp(h2), 1.0]
+    assert frame.points == pytest.approx(inner, abs=1e-7)
+    stress = frame.cell_fields["stress"]
+    # True stress: T lives on the initial volume, so it is divided by the volume ratio.
+    assert stress[:, 0] == pytest.approx(s / np.exp(h1 + h2 + h3), rel=1e-7)
+    assert np.abs(stress[:, 1:]).max() < 1e-5 * s
+
+
+def test_patch_equibiaxial_tension():
+    mesh = square(3, 10.0, distort=0.3)
+    ep, r = 0.3, 1.77
+    s = np.sqrt((1 + r) / 2) * STEEL.hardening(ep)
+    h = 0.7 * s / STEEL.young + ep * STEEL.hardening(ep) / (2 * s)
+    pull = 10 * np.expm1(h)
+    blank = Blank(mesh, 0.8, STEEL, fixed={"all": "z"})
+    moved = {"right": (pull, None, None), "top": (None, pull, None)}
+    frame = form(Scene(blank, [Stage(moved=moved)]), TIGHT, frames=1).frames[-1]
+    assert frame.cell_fields["plastic_strain"] == pytest.approx(ep, rel=1e-8)
+    assert frame.cell_fields["strain_minor"] == pytest.approx(h, rel=1e-8)

@@ -1,0 +1,138 @@
+"""Closed forms: reference/benchmarks.md L, theory.md 4."""
+
+import numpy as np
+import pytest
+
+from solver import PlanarHill, SceneError, Swift
+from solver.materials.hardening import tabulate
+from solver.materials.planar_hill import update
+
+E, NU = 206000.0, 0.3
+CURVE = Swift(565.32, 0.007117, 0.2589)
+TABLE = tabulate(CURVE)
+
+
+def respond(metric, r=1.77, plastic=None, equivalent=None, table=TABLE):
+    metric = np.atleast_2d(metric).astype(float)
+    m = len(metric)
+    s, ds, h, hp, ep, t, h33 = (np.empty((m, *shape)) for shape in [(3,), (3, 3), (3,), (3,), (), (3,), ()])
+    plastic = np.zeros((m, 3)) if plastic is None else plastic
+    equivalent = np.zeros(m) if equivalent is None else equivalent
+    update(metric, plastic, equivalent, E, NU, r, table, s, ds, h, hp, ep, t, h33)
+    return s, ds, h, hp, ep, t, h33
+
+
+def equivalent_stress(t, r):
+    a, b, c = t.T
+    return np.sqrt(a**2 + b**2 - 2 * r / (1 + r) * a * b + 2 * (1 + 2 * r) / (1 + r) * c**2)
+
+
+def metric_of(h11, h22):
+    return [np.exp(2 * h11), np.exp(2 * h22), 0.0]
+
+
+@pytest.mark.parametrize("r", [0.5, 1.0, 1.77, 2.5])
+@pytest.mark.parametrize("scale", [1e-4, 0.02, 0.4])
+def test_tangent_matches_finite_differences(r, scale):
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        y = scale * rng.uniform(-1, 1, 3)
+        plastic, equivalent = 0.3 * scale * rng.uniform(-1, 1, (1, 3)), np.array([0.1 * scale])
+
+        def stress(y, plastic=plastic, equivalent=equivalent):
+            return respond([1 + 2 * y[0], 1 + 2 * y[1], y[2]], r, plastic, equivalent)[0][0]
+
+        tangent = respond([1 + 2 * y[0], 1 + 2 * y[1], y[2]], r, plastic, equivalent)[1][0]
+        step = 1e-6 * max(scale, 0.01)
+        numeric = np.column_stack([(stress(y + step * e) - stress(y - step * e)) / (2 * step) for e in np.eye(3)])
+        assert tangent == pytest.approx(numeric, rel=1e-5, abs=1e-5 * np.abs(numeric).max())
+        assert tangent == pytest.approx(tangent.T, rel=1e-9, abs=1e-9 * np.abs(tangent).max())
+
+
+@pytest.mark.parametrize("r", [-0.4, 0.0, 0.5, 1.0, 1.77, 5.0])
+def test_return_map_ends_on_the_locus_from_a_thousand_times_yield(r):
+    rng = np.random.default_rng(0)
+    n = 100_000
+    h = rng.standard_normal((n, 3))
+    h *= (10.0 ** rng.uniform(-4, 0.18, n) / np.linalg.norm(h, axis=1))[:, None]  # log strains up to 1.5
+    mean, half = 0.5 * (h[:, 0] + h[:, 1]), 0.5 * (h[:, 0] - h[:, 1])
+    radius = np.hypot(half, 0.5 * h[:, 2])
+    grown, ratio = np.exp(2 * mean), np.sinh(2 * radius) / radius
+    metric = np.column_stack([
+        grown * (np.cosh(2 * radius) + ratio * half),
+        grown * (np.cosh(2 * radius) - ratio * half),
+        grown * ratio * 0.5 * h[:, 2],
+    ])  # fmt: skip
+    _, _, strain, plastic, equivalent, t, _ = respond(metric, r)
+    assert strain == pytest.approx(h, rel=1e-9, abs=1e-12)
+    size, limit = equivalent_stress(t, r), CURVE(equivalent)
+    yielding = equivalent > 0.0
+    assert yielding.mean() > 0.7
+    assert size[yielding] == pytest.approx(limit[yielding], rel=1e-8)
+    assert (size[~yielding] <= limit[~yielding] * (1 + 1e-8)).all()
+    assert np.isfinite(plastic).all()
+
+
+def test_uniaxial_tension():
+    # Total strain = s/E + ep at the yield stress s(ep); width and thickness follow r and nu.
+    r, ep = 1.77, 0.2
+    s = CURVE(ep)
+    h1, h2 = s / E + ep, -NU * s / E - r / (1 + r) * ep
+    _, _, _, _, equivalent, t, h33 = respond(metric_of(h1, h2), r)
+    assert t[0] == pytest.approx([s, 0.0, 0.0], rel=1e-8, abs=1e-8 * s)
+    assert equivalent[0] == pytest.approx(ep, rel=1e-8)
+    assert h33[0] == pytest.approx(-NU * s / E - ep / (1 + r), rel=1e-8)
+
+
+def test_plane_strain_tension_approaches_the_rigid_plastic_ratio():
+    # benchmarks.md L: s11/s0 = 1.300025, s22/s11 = 0.638989 for r = 1.77; elastic strains of 0.2 % fade.
+    strains = np.linspace(0.0, 0.3, 400)[1:]
+    plastic, equivalent = np.zeros((1, 3)), np.zeros(1)
+    for h1 in strains:
+        _, _, _, plastic, equivalent, t, _ = respond(metric_of(h1, 0.0), 1.77, plastic, equivalent)
+    s0 = CURVE(equivalent[0])
+    assert t[0, 0] / s0 == pytest.approx(1.300025, rel=1e-5)
+    assert t[0, 1] / t[0, 0] == pytest.approx(0.638989, rel=2e-3)
+
+
+def test_plane_strain_of_one_proportional_stress_path():
+    # Stress ratio held at r/(1+r): the plastic flow has no transverse part, only elastic strain remains.
+    r, ep = 1.77, 0.25
+    s1 = (1 + r) / np.sqrt(1 + 2 * r) * CURVE(ep)
+    s2 = r / (1 + r) * s1
+    plastic = ep * (s1 - r / (1 + r) * s2) / CURVE(ep)
+    metric = metric_of((s1 - NU * s2) / E + plastic, (s2 - NU * s1) / E)
+    _, _, _, hp, equivalent, t, _ = respond(metric, r)
+    assert t[0] == pytest.approx([s1, s2, 0.0], rel=1e-8, abs=1e-6)
+    assert equivalent[0] == pytest.approx(ep, rel=1e-8)
+    assert hp[0, 1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_equibiaxial_tension():
+    # s_b = sqrt((1+r)/2) s0, and work gives ep = 2 s_b/s0 times the plastic strain of each direction.
+    r, ep = 1.77, 0.4
+    s = np.sqrt((1 + r) / 2) * CURVE(ep)
+    plastic = ep * CURVE(ep) / (2 * s)
+    h = (1 - NU) * s / E + plastic
+    _, _, _, _, equivalent, t, h33 = respond(metric_of(h, h), r)
+    assert t[0] == pytest.approx([s, s, 0.0], rel=1e-8, abs=1e-6)
+    assert equivalent[0] == pytest.approx(ep, rel=1e-8)
+    assert h33[0] == pytest.approx(-2 * NU * s / E - 2 * plastic, rel=1e-8)
+
+
+@pytest.mark.parametrize("path", [("uniaxial", 376.0647, 0.0), ("shear", 212.9533, -212.9533)])
+def test_published_proportional_paths(path):
+    # benchmarks.md L: stresses at eps_1 = 0.20, rigid-plastic; here the elastic part is added to the strain.
+    _, s1, s2 = path
+    r = 1.77
+    s0 = equivalent_stress(np.array([[s1, s2, 0.0]]), r)[0]
+    ep = (s0 / CURVE.K) ** (1 / CURVE.n) - CURVE.e0
+    flow = np.array([s1 - r / (1 + r) * s2, s2 - r / (1 + r) * s1]) / s0
+    metric = metric_of((s1 - NU * s2) / E + ep * flow[0], (s2 - NU * s1) / E + ep * flow[1])
+    assert ep * flow[0] == pytest.approx(0.2, rel=1e-5)
+    assert respond(metric, r)[5][0, :2] == pytest.approx([s1, s2], rel=1e-6, abs=1e-4)
+
+
+def test_r_below_minus_one_half_is_refused():
+    with pytest.raises(SceneError, match="above -0.5"):
+        PlanarHill(-0.6)
