@@ -12,12 +12,11 @@ state their tolerance.
 """
 
 from functools import lru_cache
-from math import atan, atanh, ceil, cos, cosh, pi, sin, sinh, tan, tanh
+from math import atan, atanh, ceil, comb, cos, cosh, pi, sin, sinh, tan, tanh
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
-from scipy.special import comb
 
 LINEAR, ANGLE, RAPIDITY = 0, 1, 2
 
@@ -72,7 +71,8 @@ def bernstein(degree, s):
     """Bernstein polynomials, (len(s), degree + 1)."""
     s = np.atleast_1d(np.asarray(s, float))[:, None]
     i = np.arange(degree + 1)
-    return comb(degree, i) * s**i * (1.0 - s) ** (degree - i)
+    binomial = np.array([comb(degree, k) for k in i])
+    return binomial * s**i * (1.0 - s) ** (degree - i)
 
 
 def points(ctrl, s):

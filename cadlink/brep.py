@@ -41,7 +41,7 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from cadlink.curves import edge_curve, trace_of, xyz
 from cadlink.display import enclosed_volume, tessellate
-from cadlink.faces import KINDS, PLANE, FaceProbe, face_record
+from cadlink.faces import KINDS, FaceProbe, face_record
 from cadlink.loops import matched, pieces_of_wire, uv_box
 
 CREASE = 1e-4  # rad: smoother C0 knots of a B-spline are not made into edges
@@ -203,7 +203,7 @@ def skin_record(faces, parent_face):
     curves = [edge_curve(e) for e in edges]
     records, trims, boxes = [], [], []
     sides = [[] for _ in edges]  # (face, uv samples) of each edge
-    corners = []  # (vertex, face, weighted normal, uv) of each corner of a face
+    corners = []  # (vertex, face, weighted normal, angle, uv) of each corner of a face
     for number, face in enumerate(faces):
         probe = FaceProbe(face)
         traces, pieces = [], []
@@ -302,7 +302,7 @@ def vertex_gaps(edges, curves, vertices, vertex_ids):
 
 
 def corners_of(probe, number, coedges, following, vertex_ids):
-    """Corners (vertex, face, weighted normal, uv) between the coedges of one wire.
+    """Corners (vertex, face, weighted normal, angle, uv) between the coedges of one wire.
 
     The weighted normal is the integral of the face's outward normal over the angle of the corner:
     summed over the corners at a vertex it is the pseudo-normal whose sign tells inside from
@@ -320,25 +320,25 @@ def corners_of(probe, number, coedges, following, vertex_ids):
         if vertex.IsNull():
             continue
         at = xyz(BRep_Tool.Pnt_s(vertex))
-        weighted = corner_normal(probe, at, trace.near_end, after.near_start, trace.end)
-        found.append((vertex_ids.Add(vertex) - 1, number, weighted, trace.end))
+        weighted, angle = corner_normal(probe, at, trace.near_end, after.near_start, trace.end)
+        found.append((vertex_ids.Add(vertex) - 1, number, weighted, angle, trace.end))
     return found
 
 
 def corner_normal(probe, at, uv_in, uv_out, uv):
-    """Integral of the outward normal over the angle at `at` between two wire directions."""
+    """Integral of the outward normal over the angle at `at` between two directions, and the angle."""
     natural = probe.sense * probe.normal(uv)
     if natural.any():
         a, b = probe.point(uv_out) - at, probe.point(uv_in) - at
         angle = np.arctan2(natural @ np.cross(a, b), a @ b) % (2.0 * np.pi)
-        return probe.sense * angle * natural
+        return probe.sense * angle * natural, angle
     # A pole or an apex: follow the face round it, from one wire direction to the other.
     path = [uv_out + s * (uv_in - uv_out) for s in np.linspace(0.0, 1.0, 33)]
     rays = np.array([probe.point(q) - at for q in path])
     rays /= np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
     normals = np.array([probe.normal(q) for q in path])
     steps = np.linalg.norm(np.diff(rays, axis=0), axis=1)
-    return (0.5 * (normals[1:] + normals[:-1]) * steps[:, None]).sum(axis=0)
+    return (0.5 * (normals[1:] + normals[:-1]) * steps[:, None]).sum(axis=0), steps.sum()
 
 
 def main(path, out):

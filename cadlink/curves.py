@@ -19,24 +19,7 @@ from cadlink.bezier import (
     fit_curve,
     line_arc,
 )
-
-LINE, CIRCLE, BEZIER = 0, 1, 2  # forms of an edge
-
-
-class EdgeCurve(NamedTuple):
-    """A 3-D edge: the arcs it is made of and, for a circle, its closed form.
-
-    form    LINE, CIRCLE or BEZIER
-    frame   (3, 3) of a circle: centre, x radius vector, y radius vector [mm]
-    arcs    list of Arc with 3-D control points
-    """
-
-    form: int
-    frame: np.ndarray
-    arcs: list
-    first: float
-    last: float
-
+from cadlink.records import BEZIER, CIRCLE, LINE, EdgeCurve
 
 def xyz(p):
     """A gp point, vector or direction as an array."""

@@ -5,7 +5,6 @@ B-splines, Bezier surfaces, surfaces of revolution and extrusions become rationa
 exactly; offset surfaces, which are not rational, are interpolated to 1e-11 of their size.
 """
 
-from dataclasses import dataclass, field
 from math import hypot
 
 import numpy as np
@@ -19,10 +18,9 @@ from OCP.TColStd import TColStd_Array1OfReal
 from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopoDS import TopoDS
 
-from cadlink.bezier import LINEAR, RAPIDITY, arcs_of_ellipse, fit_patch, span_matrices
+from cadlink.bezier import LINEAR, arcs_of_ellipse, fit_patch, span_matrices
 from cadlink.curves import arcs_of, flat_knots, xyz
-
-PLANE, CYLINDER, CONE, SPHERE, TORUS, PATCHES = range(6)  # forms of a face
+from cadlink.records import CONE, CYLINDER, PATCHES, PLANE, SPHERE, TORUS, FaceRecord
 
 KINDS = {
     GeomAbs_SurfaceType.GeomAbs_Plane: "plane",
@@ -38,31 +36,6 @@ KINDS = {
     GeomAbs_SurfaceType.GeomAbs_OtherSurface: "other",
 }
 FORMS = {"plane": PLANE, "cylinder": CYLINDER, "cone": CONE, "sphere": SPHERE, "torus": TORUS}
-
-
-@dataclass
-class FaceRecord:
-    """One face.
-
-    kind     what the CAD file calls it: "plane", "bspline", ..
-    form     PLANE .. TORUS, or PATCHES
-    frame    (4, 3) origin, x, y, z of the closed form [mm]
-    size     (2,) radius; radius and half angle; large and small radius [mm, rad]
-    sense    +1 where (frame normal or S_u x S_v) leaves the material, -1 where it enters
-    period   (2,) period of u and v, 0 where there is none
-    u_arcs, v_arcs   (n, 3) t0, t1, ramp of the patch grid
-    patches  (nu, nv) nested list of homogeneous control nets (p+1, q+1, 4)
-    """
-
-    kind: str
-    form: int
-    sense: float
-    frame: np.ndarray = field(default_factory=lambda: np.zeros((4, 3)))
-    size: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    period: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    u_arcs: np.ndarray | None = None
-    v_arcs: np.ndarray | None = None
-    patches: list | None = None
 
 
 class FaceProbe:
@@ -278,5 +251,3 @@ def inner_breaks(adaptor, letter, first, last):
     inner = [t for t in inner if first < t < last]
     return np.array([first, *inner, last])
 
-
-assert RAPIDITY == 2  # ramps are stored as numbers in u_arcs and v_arcs

@@ -58,7 +58,7 @@ def cut_patches(patches, trims, smallest):
                 flat[:] = True
             found_patch.append(ids[flat])
             found_rect.append(rects[flat])
-            found_net += list(project_ctrl(nets[flat]).reshape(flat.sum(), -1, 3))
+            found_net += [net.reshape(-1, 3) for net in project_ctrl(nets[flat])]
             ids, rects, nets, along_u = ids[~flat], rects[~flat], nets[~flat], along_u[~flat]
             if not len(ids):
                 break

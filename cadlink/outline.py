@@ -127,7 +127,7 @@ class Polygon(_Looped):
             points = np.array(self.points, dtype=float)
         except (TypeError, ValueError):
             points = np.empty(0)
-        if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
+        if points.ndim != 2 or points.shape[-1] != 2 or not np.isfinite(points).all():
             raise CadError("Polygon points: expected a list of finite (x, y) in mm")
         if len(points) < (2 if self.arcs else 3):
             raise CadError(f"Polygon: {len(points)} points do not enclose an area; expected at least 3")

@@ -13,6 +13,7 @@ import numpy as np
 from cadlink.errors import CadError
 from cadlink.outline import Disc, Rectangle
 
+THICKEST = 0.25  # of the square root of a side's area: beyond that a solid is a block, not a plate
 PARALLEL = 1e-6  # rad between the two sides of a plate
 SAME = (
     1e-6  # relative to the size of the face: when a curve counts as a side of a rectangle, or as one circle
@@ -80,26 +81,11 @@ def shape_of(part):
     """The Open CASCADE shape of a part, and the name for messages."""
     from OCP.TopoDS import TopoDS_Shape
 
-    name = getattr(part, "name", None) or "blank"
     if isinstance(part, TopoDS_Shape):
-        return part, name
-    brep = getattr(part, "brep", None)
-    if isinstance(brep, bytes):
-        return read_brep(brep), name
+        return part, "blank"
+    if callable(getattr(part, "shape", None)):
+        return part.shape(), part.name
     raise CadError(f"blank: expected an outline, a Part or a shape, got {type(part).__name__}")
-
-
-def read_brep(brep):
-    """The shape in B-rep bytes."""
-    from OCP.BRep import BRep_Builder
-    from OCP.BRepTools import BRepTools
-    from OCP.TopoDS import TopoDS_Shape
-
-    shape = TopoDS_Shape()
-    BRepTools.Read_s(shape, BytesIO(brep), BRep_Builder())
-    if shape.IsNull():
-        raise CadError("blank: the B-rep of the part cannot be read")
-    return shape
 
 
 def write_brep(shape):
@@ -171,7 +157,10 @@ def largest_pair(faces, name):
                 best = area, upper, distance
     if best is None:
         raise CadError(f"{name}: no two of its planar faces are the sides of a plate; expected a flat plate")
-    return best[1], best[2]
+    area, upper, distance = best
+    if distance > THICKEST * area**0.5:
+        raise CadError(f"{name}: its largest sides are {distance:g} mm apart; expected a thin, flat plate")
+    return upper, distance
 
 
 def face_outline(face, name, shift=0.0, thickness=None):
@@ -231,7 +220,8 @@ def simple_outline(face):
         turned = sum(abs(curve.LastParameter() - curve.FirstParameter()) for curve in curves)
         slack = SAME * radii.max()
         if np.ptp(radii) < slack and (np.ptp(centres, axis=0) < slack).all() and abs(turned - 2 * pi) < SAME:
-            return Disc(float(radii[0]), tuple(map(float, centres[0])))
+            x, y = map(float, centres[0])
+            return Disc(float(radii[0]), (x, y))
 
     if kinds == {GeomAbs_CurveType.GeomAbs_Line}:
         ends = np.array(
@@ -247,5 +237,6 @@ def simple_outline(face):
         )  # (n_edges, 2): the edge lies on the side x (y) = low
         on_high = (np.abs(ends - high) < slack).all(axis=1)
         if (on_low | on_high).any(axis=1).all() and (high - low).min() > slack:
-            return Rectangle(*map(float, high - low), tuple(map(float, 0.5 * (low + high))))
+            (width, height), (x, y) = (high - low).tolist(), (0.5 * (low + high)).tolist()
+            return Rectangle(width, height, (x, y))
     return None

@@ -16,7 +16,7 @@ from math import atan2, cos, pi, sin, sqrt
 
 from numba import njit
 
-PLANE, CYLINDER, CONE, SPHERE, TORUS, PATCHES = range(6)  # forms of a face, as faces.py has them
+from cadlink.records import CONE, CYLINDER, PLANE, SPHERE
 
 
 @njit(forceinline=True)

@@ -14,6 +14,7 @@ import numpy as np
 from cadlink.boxtree import BoxTree, build_tree
 from cadlink.leaves import Leaves, cut_arc, cut_patches
 from cadlink.nurbs import Patches
+from cadlink.records import CONE, CYLINDER, PATCHES, PLANE, SPHERE
 from cadlink.trim import Trims, pack_trims
 
 FACE, LEAF, LINE, CIRCLE, ARC, VERTEX = range(6)  # kinds of item
@@ -88,7 +89,7 @@ def build_skin(record, chosen=None):
     scale = float(np.ptp(np.vstack([edge_low, edge_high]), axis=0).max()) if len(edge_low) else 1.0
     leaves, leaf_low, leaf_high = cut_patches(patches, trims, 1e-7 * scale)
     vertices = pack_vertices(record, renumber)
-    closed = np.flatnonzero(faces.form < 5)
+    closed = np.flatnonzero(faces.form < PATCHES)
     face_low, face_high = closed_form_boxes(records, boxes, record, mine, closed)
 
     kind = np.concatenate(
@@ -170,21 +171,21 @@ def closed_form_boxes(records, uv_boxes, record, mine, closed):
     low, high = np.zeros((len(closed), 3)), np.zeros((len(closed), 3))
     for k, number in enumerate(closed):
         r, (u0, u1, v0, v1) = records[number], uv_boxes[number]
-        if r.form == 0:
+        if r.form == PLANE:
             local = np.array([[u0, u1], [v0, v1], [0.0, 0.0]])
         else:
             c, s = range_of_cosine(u0, u1), range_of_cosine(u0 - 0.5 * np.pi, u1 - 0.5 * np.pi)
             size, angle = r.size
-            if r.form == 1:
+            if r.form == CYLINDER:
                 radius, height = np.array([size, size]), np.array([v0, v1])
-            elif r.form == 2:
+            elif r.form == CONE:
                 radius = np.sort(size + np.array([v0, v1]) * np.sin(angle))
                 height = np.sort(np.array([v0, v1]) * np.cos(angle))
             else:
                 around = range_of_cosine(v0, v1)
                 up = range_of_cosine(v0 - 0.5 * np.pi, v1 - 0.5 * np.pi)
-                tube = size if r.form == 3 else angle
-                radius = tube * around + (0.0 if r.form == 3 else size)
+                tube = size if r.form == SPHERE else angle
+                radius = tube * around + (0.0 if r.form == SPHERE else size)
                 height = tube * up
             local = np.array([spread(radius, c), spread(radius, s), height])
         corners = np.stack(np.meshgrid(*local, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -293,7 +294,7 @@ def pack_vertices(record, renumber):
     normal, smooth = np.zeros((n, 3)), np.ones(n, bool)
     face, uv = np.full(n, -1), np.zeros((n, 2))
     seen = [None] * n
-    for vertex, number, weighted, at in record["corners"]:
+    for vertex, number, weighted, angle, at in record["corners"]:
         number = renumber[number]
         if number < 0:
             continue
@@ -301,7 +302,8 @@ def pack_vertices(record, renumber):
         size = np.linalg.norm(weighted)
         if face[vertex] < 0:
             face[vertex], uv[vertex] = number, at
-        if size > 0.0:
+        # Normals that spread round one corner cancel in part: an apex, not a pole.
+        if size > (1.0 - 1e-4) * angle > 0.0:
             unit = weighted / size
             if seen[vertex] is None:
                 seen[vertex] = unit

@@ -28,7 +28,7 @@ def check_scene(path):
         "plan": str(plan),
         "tool_starts": travels,
         "starts": ["Starts:"]
-        + [f"  {name}: {travel:+.4g} mm from its place in the CAD file" for name, travel in travels.items()],
+        + [f"  {name}: {travel + 0.0:.4g} mm from its place in the CAD file" for name, travel in travels.items()],
     }
 
 

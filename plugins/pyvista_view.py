@@ -21,7 +21,12 @@ LABELS = {
     "contact_pressure": ("contact pressure [MPa]", 1.0),
     "friction_traction": ("friction traction [MPa]", 1.0),
 }
-TOOL_COLORS = ("#8fa3b5", "#b9a27f", "#7f9a8b", "#a58fb0")
+TOOL_COLORS = (
+    (0.56, 0.64, 0.71),
+    (0.73, 0.64, 0.5),
+    (0.5, 0.6, 0.55),
+    (0.65, 0.56, 0.69),
+)  # where CAD has none
 INK = "#20262d"
 COLOURS = "turbo"
 
@@ -36,7 +41,7 @@ class Shot(NamedTuple):
 
 
 def draw_run(folder, png, field="thinning", stroke=None, size=(1800, 850)):
-    """Writes a picture: left the formed sheet, right the tools and the sheet cut open (where there are tools).
+    """Writes a picture: left the formed sheet, right the tools, if any, and the sheet cut open.
 
     folder : folder of a run, or a .pvd; field : point or cell field; stroke : mm, the nearest frame is shown
     Raises RunFolderError for a folder without frames or a field that does not exist.
@@ -146,7 +151,7 @@ def draw_sheet(plotter, shot, limits):
     """The whole sheet from above, with its mesh faintly, and the scalar bar."""
     surface = shot.sheet.extract_surface(algorithm="dataset_surface")
     bar = {
-        "title": shot.label, "color": INK, "title_font_size": 26, "label_font_size": 22, "n_labels": 6,
+        "title": shot.label + "\n", "color": INK, "title_font_size": 26, "label_font_size": 22, "n_labels": 6,
         "fmt": "%.3g",
         "width": 0.5, "height": 0.06, "position_x": 0.25, "position_y": 0.04,
     }  # fmt: skip
@@ -170,15 +175,19 @@ def draw_section(plotter, shot, limits):
         0.0,
     ]  # off the nodes on the plane of symmetry
     for i, (name, tool) in enumerate(shot.tools.items()):
-        colour = TOOL_COLORS[i % len(TOOL_COLORS)]
+        colour = tool.field_data.get("color", TOOL_COLORS[i % len(TOOL_COLORS)])
         half, face = cut(tool, origin)
         plotter.add_mesh(
-            half, color=colour, specular=0.3, ambient=0.2, smooth_shading=True, split_sharp_edges=True
+            half, color=mixed(colour, 0.7, 0.3), ambient=0.2, smooth_shading=True, split_sharp_edges=True
         )
         if face is not None:
-            plotter.add_mesh(face, color=darker(colour), lighting=False)
+            plotter.add_mesh(face, color=mixed(colour, 0.35, 0.6), lighting=False)
+            rim = face.extract_surface(algorithm="dataset_surface").extract_feature_edges(
+                boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
+            )
+            plotter.add_mesh(rim, color=mixed(colour, 0.4), line_width=2, lighting=False)
         place = (0.06 + 0.31 * (i % 3), 0.06 - 0.035 * (i // 3))
-        plotter.add_text(name, position=place, viewport=True, font_size=12, color=darker(colour))
+        plotter.add_text(name, position=place, viewport=True, font_size=12, color=mixed(colour, 0.62))
     shown = {"scalars": "shown", "cmap": COLOURS, "clim": limits, "show_scalar_bar": False}
     plotter.add_mesh(surface.clip("-y", origin=origin), **shown)
     plotter.add_mesh(surface.slice("y", origin=origin), line_width=6, lighting=False, **shown)
@@ -197,11 +206,9 @@ def cut(tool, origin):
     return half, face.extract_cells(flat) if flat.any() else None
 
 
-def darker(colour):
-    """A colour for cut faces and words."""
-    import pyvista
-
-    return tuple(int(0.62 * c) for c in pyvista.Color(colour).int_rgb)
+def mixed(colour, share, white=0.0):
+    """A share of a colour, and of white; the rest is black."""
+    return tuple(share * float(c) + white for c in colour)
 
 
 def look_from(plotter, mesh, azimuth, elevation, zoom):

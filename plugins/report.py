@@ -7,14 +7,21 @@ from pathlib import Path
 
 import numpy as np
 
-# column or figure -> words, unit, decimals; in the order a report shows them
+# figure -> words, unit, factor to that unit, decimals; in the order a report shows them
 FIGURES = {
-    "stroke": ("stroke", "mm", 2),
-    "increments": ("increments", "", 0),
-    "iterations": ("Newton iterations", "", 0),
-    "thickness_min": ("smallest thickness", "mm", 3),
-    "thickness_max": ("largest thickness", "mm", 3),
-    "thinning_max": ("largest thinning", "%", 1),
+    "stroke": ("stroke", "mm", 1.0, 2),
+    "increments": ("increments", "", 1, 0),
+    "iterations": ("Newton iterations", "", 1, 0),
+    "thickness_min": ("smallest thickness", "mm", 1.0, 3),
+    "thickness_max": ("largest thickness", "mm", 1.0, 3),
+    "thinning_max": ("largest thinning", "%", 100.0, 1),
+}
+# the same by the first letters of a figure's name
+FAMILIES = {
+    "max_force_": ("largest force of ", "kN", 1e-3, 2),
+    "draw_in_": ("draw-in ", "mm", 1.0, 2),
+    "energy_": ("energy: ", "J", 1e-3, 2),
+    "seconds_": ("time: ", "s", 1.0, 1),
 }
 
 
@@ -157,25 +164,18 @@ def figures_table(summary):
 
 def figure_rows(figures):
     """(words, number, unit) of each figure worth a line."""
-    for key, (words, unit, decimals) in FIGURES.items():
-        if isinstance(value := figures.get(key), (int, float)):
-            yield words, f"{value * (100 if unit == '%' else 1):,.{decimals}f}", unit
-    for key, value in figures.items():
-        if not isinstance(value, (int, float)) or isinstance(value, bool):
-            continue
-        for start, words, unit, scale, decimals in (
-            ("max_force_", "largest force of", "kN", 1e-3, 2),
-            ("draw_in_", "draw-in", "mm", 1.0, 2),
-            ("energy_", "energy,", "J", 1e-3, 2),
-            ("seconds_", "time,", "s", 1.0, 1),
-        ):
+    numbers = {
+        key: value
+        for key, value in figures.items()
+        if isinstance(value, (int, float)) and not isinstance(value, bool)
+    }
+    for key, (words, unit, scale, decimals) in FIGURES.items():
+        if key in numbers:
+            yield words, f"{scale * numbers[key]:,.{decimals}f}", unit
+    for start, (words, unit, scale, decimals) in FAMILIES.items():
+        for key, value in numbers.items():
             if key.startswith(start):
-                name = key.removeprefix(start)
-                yield (
-                    f"{words} {name if start in ('max_force_', 'draw_in_') else _words(name)}",
-                    f"{value * scale:,.{decimals}f}",
-                    unit,
-                )
+                yield words + _words(key.removeprefix(start)), f"{scale * value:,.{decimals}f}", unit
 
 
 def _words(name):

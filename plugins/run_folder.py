@@ -124,7 +124,7 @@ def stop_on_interrupt(console):
 
 
 class ProgressLine:
-    """A bar with stroke, increment, iterations, contact nodes, remaining time; plain lines without a terminal."""
+    """A bar with stroke, increment, iterations, contacts, remaining time; plain lines without a terminal."""
 
     STEPS = 10  # plain lines in a run
 

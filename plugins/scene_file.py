@@ -76,7 +76,7 @@ class SceneFile:
 
 
 def parse(path):
-    """The file's tables as a dict. Raises SceneFileError: no such file, no text, no TOML and in which line."""
+    """The file's tables as a dict. Raises SceneFileError: no such file, no text, no TOML in which line."""
     try:
         return tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Every key a scene file may hold, table by table. A description says what is expected when a key is missing."""
+"""Every key a scene file may hold, table by table. Descriptions say what is expected where one is missing."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -216,7 +216,7 @@ DUTIES = ("travel", "force", "gap")
 
 
 class Tool(Table):
-    """A tool, or what changes for it in one stage. part : its name in the CAD file; by default the table's."""
+    """A tool, or what a stage changes of it. part : its name in the CAD file, by default the table's."""
 
     part: Name | None = None
     friction: Coefficient | None = None

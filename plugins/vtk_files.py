@@ -50,7 +50,7 @@ class PvdWriter:
         self.cells = np.ascontiguousarray(scene.blank.mesh.cells, dtype=np.int64)
         self.symmetry = scene.blank.symmetry_planes
         self.tools = {
-            name: shown for name, tool in scene.tools.items() if (shown := _triangles(tool)) is not None
+            name: shown for name, tool in scene.tools.items() if (shown := _shown(tool)) is not None
         }
         self.file_names = _file_names(self.tools)
         self.places = {}  # tool name -> (offset, file) written last
@@ -80,7 +80,8 @@ class PvdWriter:
         last = self.places.get(name)
         if last is None or not np.array_equal(last[0], offset):
             file = self._place("tools", f"{self.path.stem}_{self.file_names[name]}_{number:04d}.vtp")
-            write_triangles(self.path.parent / file, self.tools[name][0] + offset, self.tools[name][1], name)
+            points, cells, color = self.tools[name]
+            write_triangles(self.path.parent / file, points + offset, cells, name, color)
             self.places[name] = (offset, file)
         return self.places[name][1]
 
@@ -96,13 +97,13 @@ class PvdWriter:
             (self.path.parent / entry.file).unlink(missing_ok=True)
 
 
-def _triangles(tool):
-    """Points (n, 3) and triangles (m, 3) to show a tool by, where the CAD file has it; None without a part."""
+def _shown(tool):
+    """Points (n, 3), triangles (m, 3), colour of a tool as the CAD file has it; None without a part."""
     part = getattr(tool.surface, "part", None)
     if part is None:
         return None
     points, cells = part.triangles()
-    return np.asarray(points, dtype=float), np.asarray(cells, dtype=np.int64)
+    return np.asarray(points, dtype=float), np.asarray(cells, dtype=np.int64), getattr(part, "color", None)
 
 
 def _file_names(names):
@@ -135,12 +136,15 @@ def write_sheet(path, frame, cells, symmetry=()):
     _write(vtkXMLUnstructuredGridWriter(), grid, path)
 
 
-def write_triangles(path, points, cells, name):
-    """A tool as a .vtp. points : (n, 3) mm; cells : (m, 3)."""
+def write_triangles(path, points, cells, name, color=None):
+    """A tool as a .vtp. points : (n, 3) mm; cells : (m, 3); color : (r, g, b), 0 to 1, as field data."""
     surface = vtkPolyData()
     surface.SetPoints(_points(points))
     surface.SetPolys(_cells(cells))
-    surface.GetFieldData().AddArray(_single(vtkStringArray(), "tool", [name]))
+    about = surface.GetFieldData()
+    about.AddArray(_single(vtkStringArray(), "tool", [name]))
+    if color is not None:
+        about.AddArray(_single(vtkDoubleArray(), "color", [float(c) for c in color[:3]]))
     _write(vtkXMLPolyDataWriter(), surface, path)
 
 

@@ -102,10 +102,11 @@ def close_tools(sheet, stage, state):
 
 def tool_runs(scene, sheet, stage, method, placed):
     """The stage's tools with what the solver needs of them."""
-    kn = method.penalty * sheet.contact_stiffness * sheet.area
+    stiffness = sheet.contact_stiffness * sheet.area
+    kn, kt = method.penalty * stiffness, method.stick * stiffness
     return [
         ToolRun(
-            tool, tool.unit_axis, *placed[tool.name], (tool.force or 0.0) * scene.blank.share, kn, kn,
+            tool, tool.unit_axis, *placed[tool.name], (tool.force or 0.0) * scene.blank.share, kn, kt,
             Neighbourhood(tool.surface, len(sheet.points)),
         )
         for tool in stage.tools

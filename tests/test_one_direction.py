@@ -20,6 +20,7 @@ def lint(source, pretended_path):
     [
         ("cadlink/surface.py", "solver.form"),
         ("cadlink/surface.py", "plugins"),
+        ("cadlink/blank.py", "gmsh"),
         ("solver/form.py", "cadlink"),
         ("solver/form.py", "plugins.vtk_files"),
         ("solver/contact/friction.py", "OCP.gp"),

@@ -40,11 +40,13 @@ class Implicit:
 
     torsion : T* relative to the initial yield stress (theory.md 2)
     penalty : contact stiffness relative to E t / size^2 (theory.md 6)
+    stick : tangential contact stiffness before slip, relative to E t / size^2 (theory.md 7)
     penetration : allowed overlap relative to the thickness; more is removed by augmentation
     """
 
     newton: Newton = field(default_factory=Newton)
     increments: Increments = field(default_factory=Increments)
     torsion: float = 0.01
-    penalty: float = 1.0
+    penalty: float = 10.0
+    stick: float = 0.1
     penetration: float = 1e-3

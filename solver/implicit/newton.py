@@ -53,8 +53,15 @@ def solve_increment(equilibrium, solver, old, new, pressure, method, scale_floor
 
 
 def deepest(state):
-    """Largest overlap of a touching node and a tool [mm]."""
-    return max((-contact.gap[contact.status != OPEN].min(initial=0.0) for contact in state.tools.values()), default=0.0)
+    """Largest overlap [mm] of a node and the one tool it touches.
+
+    A node pinched between two tools is left out: there the overlap is the sheet's own squeeze, which no multiplier
+    can take away from two rigid tools.
+    """
+    touching = [contact.status != OPEN for contact in state.tools.values()]
+    alone = np.sum(touching, axis=0) == 1
+    overlaps = [-c.gap[t & alone].min(initial=0.0) for c, t in zip(state.tools.values(), touching)]
+    return max(overlaps, default=0.0)
 
 
 def iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out):

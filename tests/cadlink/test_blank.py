@@ -172,11 +172,16 @@ def test_structured_rectangle_is_the_lattice():
     )
     assert quads.cells.shape == (50, 4) and len(quads.groups["rim"]) == 30
     assert quads.points.min(axis=0) == pytest.approx([-7.0, -1.0, 7.0])
-    assert (
-        quads.points[quads.groups["center"][0]] == pytest.approx([3.0, 4.0, 7.0])
-        if "center" in quads.groups
-        else True
+    assert "center" not in quads.groups  # ten columns, but five rows
+
+
+@pytest.mark.parametrize("arrangement", ["structured", "unstructured"])
+def test_a_blank_drawn_as_a_quarter_stays_whole(arrangement):
+    mesh = mesh_blank(
+        Rectangle(75.0, 50.0, center=(37.5, 25.0)), size=5.0, arrangement=arrangement, symmetry=("x", "y")
     )
+    assert mesh.areas.sum() == pytest.approx(75.0 * 50.0)
+    assert len(mesh.groups["symmetry_x"]) == 11 and len(mesh.groups["rim"]) == 26
 
 
 def test_unstructured_is_deterministic_in_another_process():
@@ -302,6 +307,23 @@ def test_plate_on_another_plane(occ):
         mesh_blank(turned(box((-30.0, -20.0, 0.0), (30.0, 20.0, 2.0)), 0.3), size=5.0, symmetry=("y",))
 
 
+def test_a_face_with_an_elliptic_edge(occ):
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt
+
+    ellipse = gp_Elips(gp_Ax2(gp_Pnt(0.0, 0.0, 5.0), gp_Dir(0.0, 0.0, -1.0)), 40.0, 25.0)
+    edge = BRepBuilderAPI_MakeEdge(ellipse).Edge()
+    face = BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakeWire(edge).Wire()).Face()
+    mesh = mesh_blank(face, size=1.0, symmetry=("x", "y"))
+    assert mesh.areas.sum() == pytest.approx(0.25 * pi * 40 * 25, rel=1e-3) and mesh.points[
+        :, 2
+    ] == pytest.approx(5.0)
+    x, y, _ = mesh.points[mesh.groups["rim"]].T
+    assert (x / 40) ** 2 + (y / 25) ** 2 == pytest.approx(1.0, rel=1e-9)
+    with pytest.raises(CadError, match="only rectangles, discs and rings"):
+        mesh_blank(face, size=1.0, arrangement="structured")
+
+
 def test_sheet_face_has_no_thickness(occ):
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
@@ -399,6 +421,8 @@ def test_a_plate_is_needed(occ):
 
     with pytest.raises(CadError, match="no planar face"):
         mesh_blank(BRepPrimAPI_MakeSphere(10.0).Shape(), size=2.0)
+    with pytest.raises(CadError, match="60 mm apart; expected a thin, flat plate"):
+        mesh_blank(box((0.0, 0.0, 0.0), (90.0, 80.0, 60.0)), size=5.0)
 
 
 @pytest.mark.parametrize(
