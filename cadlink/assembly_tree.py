@@ -51,8 +51,7 @@ def read_parts(path, part_record):
     return {
         "unit": unit,
         "parts": [
-            (name, color, part_record(shape))
-            for name, (_, color, shape) in zip(names, found, strict=True)
+            (name, color, part_record(shape)) for name, (_, color, shape) in zip(names, found, strict=True)
         ],
     }
 
@@ -183,6 +182,4 @@ def face_color(shape, colors):
 def rgb(color):
     """(r, g, b) in 0..1 as the file has it (sRGB; OpenCASCADE keeps it linear)."""
     linear = (color.Red(), color.Green(), color.Blue())
-    return tuple(
-        round(12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055, 4) for c in linear
-    )
+    return tuple(round(12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055, 4) for c in linear)

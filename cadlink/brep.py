@@ -12,8 +12,8 @@ import sys
 from collections import Counter
 
 import numpy as np
-from OCP.Bnd import Bnd_Box
 from OCP.BinTools import BinTools, BinTools_FormatVersion
+from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBndLib import BRepBndLib
@@ -39,8 +39,8 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from cadlink.curves import edge_curve, trace_of, xyz
-from cadlink.display import enclosed_volume, tessellate
+from cadlink.curves import STATIONS, edge_curve, trace_of, xyz
+from cadlink.display import tessellate
 from cadlink.faces import KINDS, FaceProbe, face_record
 from cadlink.loops import matched, pieces_of_wire, uv_box
 
@@ -238,7 +238,7 @@ def skin_record(faces, parent_face):
         "edge_gaps": np.array([gaps[i] for i in kept]),
         "edge_tolerances": np.array([BRep_Tool.Tolerance_s(edges[i]) for i in kept]),
         "vertices": np.array([xyz(BRep_Tool.Pnt_s(v)) for v in vertices]).reshape(-1, 3),
-        "vertex_gaps": vertex_gaps(edges, curves, vertices, vertex_ids),
+        "vertex_gaps": vertex_gaps(edges, curves, gaps, vertices, vertex_ids),
         "vertex_tolerances": np.array([BRep_Tool.Tolerance_s(v) for v in vertices]),
         "corners": corners,
     }
@@ -267,38 +267,37 @@ def coedges_of(wire, face):
 
 
 def edge_gap(edge, curve, sides, probes):
-    """Largest distance found between an edge and its traces on the faces, at 9 stations [mm]."""
-    if curve is None or not sides:
+    """Largest distance found between an edge and its traces on the faces, at 33 stations [mm]."""
+    if curve is None:
         return 0.0
     adaptor = BRepAdaptor_Curve(edge)
+    stations = np.linspace(curve.first, curve.last, STATIONS)
+    points = np.array([xyz(adaptor.Value(t)) for t in stations])
     gap = 0.0
     for face, samples in sides:
-        stations = range(len(samples)) if len(samples) < 9 else range(0, len(samples), 4)
-        for k in stations:
-            t = curve.first + (curve.last - curve.first) * k / (len(samples) - 1)
-            miss = xyz(adaptor.Value(t)) - probes[face].point(samples[k])
-            gap = max(gap, float(np.linalg.norm(miss)))
+        if len(samples) == 2:
+            part = np.linspace(0.0, 1.0, STATIONS)[:, None]
+            samples = (1.0 - part) * samples[0] + part * samples[1]
+        miss = points - np.array([probes[face].point(uv) for uv in samples])
+        gap = max(gap, float(np.linalg.norm(miss, axis=1).max()))
     return gap
 
 
-def vertex_gaps(edges, curves, vertices, vertex_ids):
-    """Largest distance between a vertex and the ends of the edges that meet there [mm]."""
-    gaps = np.zeros(len(vertices))
-    for edge, curve in zip(edges, curves, strict=True):
+def vertex_gaps(edges, curves, gaps, vertices, vertex_ids):
+    """Largest gap at each vertex [mm]: from the ends of its edges, or of those edges themselves."""
+    found = np.zeros(len(vertices))
+    for edge, curve, gap in zip(edges, curves, gaps, strict=True):
         if curve is None:
             continue
         adaptor = BRepAdaptor_Curve(edge)
         forward = TopoDS.Edge_s(edge.Oriented(TopAbs_FORWARD))
-        ends = (TopExp.FirstVertex_s(forward), curve.first), (
-            TopExp.LastVertex_s(forward),
-            curve.last,
-        )
-        for vertex, t in ends:
+        first, last = TopExp.FirstVertex_s(forward), TopExp.LastVertex_s(forward)
+        for vertex, t in ((first, curve.first), (last, curve.last)):
             i = vertex_ids.FindIndex(vertex) - 1
             if i >= 0:
                 miss = xyz(adaptor.Value(t)) - xyz(BRep_Tool.Pnt_s(vertex))
-                gaps[i] = max(gaps[i], float(np.linalg.norm(miss)))
-    return gaps
+                found[i] = max(found[i], gap, float(np.linalg.norm(miss)))
+    return found
 
 
 def corners_of(probe, number, coedges, following, vertex_ids):

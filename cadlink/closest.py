@@ -37,7 +37,7 @@ from cadlink.nurbs import (
 )
 from cadlink.primitives import foot_on_form, shape_on_form
 from cadlink.records import CONE, PATCHES, TORUS
-from cadlink.skin import ARC, CIRCLE, FACE, LEAF, LINE, SMOOTH, Skin
+from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE, SMOOTH
 from cadlink.trim import inside
 
 SHARP = 1e12  # 1/mm, stands for the curvature across a sharp edge
@@ -50,78 +50,75 @@ CHUNK = 64  # points that share one scratch space
 
 
 @njit
-def try_face(skin, face, p, best, work):
+def try_face(face, pieces, ctrl, p, best, work):
     """Nearest foot inside a closed-form face: distance (inf for none), u, v, foot."""
     distance, u, v, foot = np.inf, 0.0, 0.0, p
-    faces = skin.faces
-    for branch in range(2):
-        if branch == 1 and faces.form[face] != CONE and faces.form[face] != TORUS:
-            break
-        exists, a, b, x, y, z = foot_on_form(
-            faces.form[face], faces.frame[face], faces.size[face], p[0], p[1], p[2], branch
-        )
-        m = minus(p, (x, y, z))
+    branches = 2 if face.form == CONE or face.form == TORUS else 1
+    for branch in range(branches):
+        exists, a, b, q = foot_on_form(face, p, branch)
+        m = minus(p, q)
         h = sqrt(dot(m, m))
-        if exists and h < min(best, distance) and inside(skin.trims, face, a, b, work):
-            distance, u, v, foot = h, a, b, (x, y, z)
+        if exists and h < min(best, distance) and inside(face, pieces, ctrl, a, b, work):
+            distance, u, v, foot = h, a, b, q
     return distance, u, v, foot
 
 
 @njit
-def leaf_bound(leaves, leaf, p):
-    """Distance from a point to the aligned box of a leaf, and its coordinates there."""
-    frame = leaves.frame[leaf]
-    q = minus(p, (frame[0, 0], frame[0, 1], frame[0, 2]))
-    a = q[0] * frame[1, 0] + q[1] * frame[1, 1] + q[2] * frame[1, 2]
-    b = q[0] * frame[2, 0] + q[1] * frame[2, 1] + q[2] * frame[2, 2]
-    c = q[0] * frame[3, 0] + q[1] * frame[3, 1] + q[2] * frame[3, 2]
-    da = max(0.0, abs(a) - leaves.half[leaf, 0])
-    db = max(0.0, abs(b) - leaves.half[leaf, 1])
-    dc = max(0.0, abs(c) - leaves.half[leaf, 2])
-    return sqrt(da * da + db * db + dc * dc), a, b, c
+def leaf_bound(leaf, p):
+    """Distance from a point to the aligned box of a leaf, and its height above the middle."""
+    frame, half = leaf.frame, leaf.half
+    x, y, z = p[0] - frame[0, 0], p[1] - frame[0, 1], p[2] - frame[0, 2]
+    a = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
+    b = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
+    c = x * frame[3, 0] + y * frame[3, 1] + z * frame[3, 2]
+    da = max(0.0, abs(a) - half[0])
+    db = max(0.0, abs(b) - half[1])
+    dc = max(0.0, abs(c) - half[2])
+    return sqrt(da * da + db * db + dc * dc), c
 
 
 @njit
-def try_leaf(skin, leaf, p, best, s, t, work):
+def starts_for(leaf, bound, height):
+    """How many Newton starts: where a leaf may bend round the point there may be several minima."""
+    if abs(height) <= leaf.half[2]:
+        bend = max(leaf.bend[0], leaf.bend[1])
+    else:
+        bend = leaf.bend[0] if height > 0.0 else leaf.bend[1]
+    return 1 if (bound + 2.0 * leaf.half[2]) * bend < 0.7 else 10
+
+
+@njit
+def try_leaf(leaf, patch, face, pieces, ctrl, p, best, s, t, work):
     """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
     distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
-    leaves, patches = skin.leaves, skin.patches
-    patch = leaves.patch[leaf]
-    bound, _, _, c = leaf_bound(leaves, leaf, p)
+    bound, height = leaf_bound(leaf, p)
     if bound >= best:
         return distance, found_s, found_t, foot
-    s0, s1, t0, t1 = leaves.rect[leaf]
-    # Where a leaf may bend round the point the distance may have several minima: more starts.
-    reach = bound + 2.0 * leaves.half[leaf, 2]
-    bend = leaves.bend[leaf, 0] if c > 0.0 else leaves.bend[leaf, 1]
-    if abs(c) <= leaves.half[leaf, 2]:
-        bend = max(leaves.bend[leaf, 0], leaves.bend[leaf, 1])
-    starts = 1 if reach * bend < 0.7 else 10
-    for start in range(starts):
+    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
+    for start in range(starts_for(leaf, bound, height)):
         if start == 0:
             a = s if s >= 0.0 else 0.5 * (s0 + s1)
             b = t if s >= 0.0 else 0.5 * (t0 + t1)
         else:
             a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
             b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
-        a, b, q, f, free = patch_foot(patches, patch, p, a, b, work)
+        a, b, q, f, free = patch_foot(patch, ctrl, p, a, b, work)
         h = sqrt(f)
         if not free or h >= min(best, distance):
             continue
-        face = patches.face[patch]
-        if not (leaves.whole[leaf] and s0 <= a <= s1 and t0 <= b <= t1):
-            u = from_ramp(a, patches.uv_range[patch, 0], patches.uv_range[patch, 1], patches.ramp[patch, 0])
-            v = from_ramp(b, patches.uv_range[patch, 2], patches.uv_range[patch, 3], patches.ramp[patch, 1])
-            if not inside(skin.trims, face, u, v, work):
+        if not (leaf.whole and s0 <= a <= s1 and t0 <= b <= t1):
+            u = from_ramp(a, patch.uv[0], patch.uv[1], patch.ramp[0])
+            v = from_ramp(b, patch.uv[2], patch.uv[3], patch.ramp[1])
+            if not inside(face, pieces, ctrl, u, v, work):
                 continue
         distance, found_s, found_t, foot = h, a, b, q
     return distance, found_s, found_t, foot
 
 
 @njit
-def try_line(edges, piece, p):
+def try_line(curve, p):
     """Foot on a straight edge, its ends left to the vertices: distance, tau, foot."""
-    f = edges.frame[piece]
+    f = curve.frame
     a, d = (f[0, 0], f[0, 1], f[0, 2]), (f[1, 0], f[1, 1], f[1, 2])
     size = dot(d, d)
     tau = dot(minus(p, a), d) / size if size > 0.0 else -1.0
@@ -134,12 +131,12 @@ def try_line(edges, piece, p):
 
 
 @njit
-def try_circle(edges, piece, p):
+def try_circle(curve, p):
     """Foot on a circular edge: distance, angle, foot."""
-    f = edges.frame[piece]
+    f = curve.frame
     x, y = (f[1, 0], f[1, 1], f[1, 2]), (f[2, 0], f[2, 1], f[2, 2])
     q = minus(p, (f[0, 0], f[0, 1], f[0, 2]))
-    t0, t1 = edges.span[piece, 0], edges.span[piece, 1]
+    t0, t1 = curve.span[0], curve.span[1]
     room = END * (t1 - t0)
     t = atan2(dot(q, y), dot(q, x))
     t -= floor((t - t0 + room) / (2.0 * pi)) * 2.0 * pi
@@ -157,19 +154,18 @@ def try_circle(edges, piece, p):
 
 
 @njit
-def try_arc(edges, piece, p, s, work):
+def try_arc(curve, ctrl, p, s, work):
     """Foot on one piece of a curved edge: distance, parameter of the piece, foot."""
-    first, degree = edges.ctrl_first[piece], edges.degree[piece]
     distance, found, foot = np.inf, 0.0, p
     for start in range(3):
         a = 0.5 if start == 0 else (0.1 if start == 1 else 0.9)
         if start == 0 and s >= 0.0:
             a = s
-        a, q, d1, _, f = arc_foot(edges.ctrl, first, degree, p, a, work)
+        a, q, d1, _, f = arc_foot(ctrl, curve.ctrl, curve.degree, p, a, work)
         h = sqrt(f)
         # Beyond the end of the edge the vertex answers; between pieces the end is a point as good.
         past = abs(dot(minus(q, p), d1)) > END * dot(d1, d1)
-        if past and ((a <= 0.0 and edges.open_end[piece, 0]) or (a >= 1.0 and edges.open_end[piece, 1])):
+        if past and ((a <= 0.0 and curve.ends_there[0]) or (a >= 1.0 and curve.ends_there[1])):
             continue
         if h < distance:
             distance, found, foot = h, a, q
@@ -178,28 +174,28 @@ def try_arc(edges, piece, p, s, work):
 
 @njit
 def try_item(skin, item, p, best, a, b, work):
-    """Foot on any item: distance, the same plus its slack, two parameters, foot."""
-    kind, ref = skin.kind[item], skin.ref[item]
-    if kind == FACE:
-        h, a, b, foot = try_face(skin, ref, p, best, work)
-        return h, h, a, b, foot
-    if kind == LEAF:
-        h, a, b, foot = try_leaf(skin, ref, p, best, a, b, work)
-        return h, h, a, b, foot
-    if kind == LINE:
-        h, a, foot = try_line(skin.edges, ref, p)
-        return h, h + skin.edges.slack[skin.edges.edge[ref]], a, 0.0, foot
-    if kind == CIRCLE:
-        h, a, foot = try_circle(skin.edges, ref, p)
-        return h, h + skin.edges.slack[skin.edges.edge[ref]], a, 0.0, foot
-    if kind == ARC:
-        h, a, foot = try_arc(skin.edges, ref, p, a, work)
-        return h, h + skin.edges.slack[skin.edges.edge[ref]], a, 0.0, foot
-    q = skin.vertices.point[ref]
-    foot = (q[0], q[1], q[2])
+    """Foot on any item: distance with its slack, two parameters, foot."""
+    kind, ref = skin.items[item].kind, skin.items[item].ref
+    if kind == ON_FACE:
+        return try_face(skin.faces[ref], skin.pieces, skin.ctrl, p, best, work)
+    if kind == ON_LEAF:
+        leaf = skin.leaves[ref]
+        patch = skin.patches[leaf.patch]
+        face = skin.faces[patch.face]
+        return try_leaf(leaf, patch, face, skin.pieces, skin.ctrl, p, best, a, b, work)
+    if kind <= ON_ARC:
+        curve = skin.curves[ref]
+        if kind == ON_LINE:
+            h, a, foot = try_line(curve, p)
+        elif kind == ON_CIRCLE:
+            h, a, foot = try_circle(curve, p)
+        else:
+            h, a, foot = try_arc(curve, skin.ctrl, p, a, work)
+        return h + skin.edges[curve.edge].slack, a, 0.0, foot
+    vertex = skin.vertices[ref]
+    foot = (vertex.point[0], vertex.point[1], vertex.point[2])
     m = minus(p, foot)
-    h = sqrt(dot(m, m))
-    return h, h + skin.vertices.slack[ref], 0.0, 0.0, foot
+    return sqrt(dot(m, m)) + vertex.slack, 0.0, 0.0, foot
 
 
 # --- the nearest of all --------------------------------------------------------------------------
@@ -211,31 +207,37 @@ def nearest(skin, p, seed, stack, bounds, work):
 
     seed : item and parameters found last time, item < 0 for none; it only tightens the search
     """
-    tree = skin.tree
     best, item, a, b, foot = np.inf, -1, 0.0, 0.0, p
     seed_item = int(seed[0])
-    if 0 <= seed_item < len(skin.kind):
-        h, best, a, b, foot = try_item(skin, seed_item, p, best, seed[1], seed[2], work)
-        if best < np.inf:
-            item = seed_item
-    stack[0], bounds[0], top = 0, box_distance(tree.low, tree.high, 0, p[0], p[1], p[2]), 1
-    while top > 0:
+    # The seed comes first, then the tree from its root.
+    other, a1, b1 = seed_item, seed[1], seed[2]
+    stack[0], bounds[0], top = 0, 0.0, 1
+    k, stop = 0, 0
+    if not 0 <= seed_item < len(skin.items):
+        other = -1
+    while True:
+        if other >= 0:
+            value, a1, b1, foot1 = try_item(skin, other, p, best, a1, b1, work)
+            if value < best:
+                best, item, a, b, foot = value, other, a1, b1, foot1
+            other = -1
+        if k < stop:
+            # Items of a leaf of the tree.
+            if box_distance(skin.items[skin.order[k]], p) < best:
+                other, a1, b1 = skin.order[k], -1.0, -1.0
+            k += 1
+            continue
+        if top == 0:
+            return item, a, b, foot
         top -= 1
-        node = stack[top]
         if bounds[top] >= best:
             continue
-        child = tree.child[node]
+        node = skin.nodes[stack[top]]
+        child = node.child
         if child < 0:
-            for k in range(tree.start[node], tree.stop[node]):
-                other = tree.order[k]
-                if box_distance(skin.low, skin.high, other, p[0], p[1], p[2]) >= best:
-                    continue
-                h, value, a1, b1, foot1 = try_item(skin, other, p, best, -1.0, -1.0, work)
-                if value < best:
-                    best, item, a, b, foot = value, other, a1, b1, foot1
+            k, stop = node.start, node.stop
             continue
-        left = box_distance(tree.low, tree.high, child, p[0], p[1], p[2])
-        right = box_distance(tree.low, tree.high, child + 1, p[0], p[1], p[2])
+        left, right = box_distance(skin.nodes[child], p), box_distance(skin.nodes[child + 1], p)
         # The nearer child goes on top of the stack.
         if left <= right:
             stack[top], bounds[top] = child + 1, right
@@ -244,7 +246,6 @@ def nearest(skin, p, seed, stack, bounds, work):
             stack[top], bounds[top] = child, left
             stack[top + 1], bounds[top + 1] = child + 1, right
         top += 2
-    return item, a, b, foot
 
 
 # --- what the nearest point tells ----------------------------------------------------------------
@@ -264,63 +265,54 @@ def locate(breaks, first, n, x):
 
 
 @njit
-def patch_at(skin, face, u, v):
+def patch_at(face, patches, breaks, u, v):
     """Patch of a face that holds (u, v), and the parameters there."""
-    faces, patches = skin.faces, skin.patches
-    first, nu, nv, at_u, at_v = faces.grid[face]
-    u_first, u_last = faces.breaks[at_u], faces.breaks[at_u + nu]
-    v_first, v_last = faces.breaks[at_v], faces.breaks[at_v + nv]
+    first, nu, nv, at_u, at_v = face.grid[0], face.grid[1], face.grid[2], face.grid[3], face.grid[4]
     # Parameters that wrap round are brought into the surface's own turn.
-    if skin.trims.period[face, 0] > 0.0 and not (u_first <= u <= u_last):
-        u -= floor((u - u_first) / skin.trims.period[face, 0]) * skin.trims.period[face, 0]
-    if skin.trims.period[face, 1] > 0.0 and not (v_first <= v <= v_last):
-        v -= floor((v - v_first) / skin.trims.period[face, 1]) * skin.trims.period[face, 1]
-    patch = first + locate(faces.breaks, at_u, nu, u) * nv + locate(faces.breaks, at_v, nv, v)
-    r = patches.uv_range[patch]
-    s = to_ramp(min(r[1], max(r[0], u)), r[0], r[1], patches.ramp[patch, 0])
-    t = to_ramp(min(r[3], max(r[2], v)), r[2], r[3], patches.ramp[patch, 1])
-    return patch, min(1.0, max(0.0, s)), min(1.0, max(0.0, t))
+    if face.period[0] > 0.0 and not (breaks[at_u] <= u <= breaks[at_u + nu]):
+        u -= floor((u - breaks[at_u]) / face.period[0]) * face.period[0]
+    if face.period[1] > 0.0 and not (breaks[at_v] <= v <= breaks[at_v + nv]):
+        v -= floor((v - breaks[at_v]) / face.period[1]) * face.period[1]
+    number = first + locate(breaks, at_u, nu, u) * nv + locate(breaks, at_v, nv, v)
+    patch = patches[number]
+    r = patch.uv
+    s = to_ramp(min(r[1], max(r[0], u)), r[0], r[1], patch.ramp[0])
+    t = to_ramp(min(r[3], max(r[2], v)), r[2], r[3], patch.ramp[1])
+    return number, min(1.0, max(0.0, s)), min(1.0, max(0.0, t))
 
 
 @njit
-def shape_at(skin, face, u, v, work):
-    """Normal, curvatures and direction of a face at (u, v)."""
-    faces = skin.faces
-    if faces.form[face] == PATCHES:
-        patch, s, t = patch_at(skin, face, u, v)
-        return shape_on_patch(skin.patches, patch, s, t, faces.sense[face], work)
-    x, y, z, k1, k2, ex, ey, ez = shape_on_form(
-        faces.form[face], faces.frame[face], faces.size[face], faces.sense[face], u, v
-    )
-    return (x, y, z), k1, k2, (ex, ey, ez)
-
-
-@njit
-def side_normal(skin, side, tau, work):
-    """Normal of a face beside an edge at tau, and (u, v) there."""
-    edges = skin.edges
-    first, last = edges.side_uv_first[side], edges.side_uv_first[side + 1] - 1
+def uv_on_side(side, side_uv, tau):
+    """(u, v) of a face beside an edge at tau, between the samples."""
+    first, last = side.uv_first, side.uv_last - 1
     x = tau * (last - first)
     k = min(last - first - 1, int(x))
     x -= k
-    u = (1.0 - x) * edges.side_uv[first + k, 0] + x * edges.side_uv[first + k + 1, 0]
-    v = (1.0 - x) * edges.side_uv[first + k, 1] + x * edges.side_uv[first + k + 1, 1]
-    n, _, _, _ = shape_at(skin, edges.side_face[side], u, v, work)
-    return n, u, v
+    return (
+        (1.0 - x) * side_uv[first + k, 0] + x * side_uv[first + k + 1, 0],
+        (1.0 - x) * side_uv[first + k, 1] + x * side_uv[first + k + 1, 1],
+    )
 
 
 @njit
-def edge_at(skin, item, a, work):
-    """Edge, tau, tangent and curvature vector of an edge piece at its parameter."""
-    kind, piece = skin.kind[item], skin.ref[item]
-    edges = skin.edges
-    edge, f = edges.edge[piece], edges.frame[piece]
-    if kind == LINE:
+def shape_on_face(skin, number, patch, a, b, work):
+    """Outward normal, curvatures and direction at a foot: (u, v), or (s, t) of a patch."""
+    face = skin.faces[number]
+    if face.form == PATCHES:
+        return shape_on_patch(skin.patches[patch], skin.ctrl, a, b, face.sense, work)
+    return shape_on_form(face, a, b)
+
+
+@njit
+def edge_at(kind, curve, ctrl, a, work):
+    """tau, tangent and curvature vector of an edge piece at its parameter."""
+    f = curve.frame
+    if kind == ON_LINE:
         d = (f[1, 0], f[1, 1], f[1, 2])
         h = sqrt(dot(d, d))
-        return edge, a, (d[0] / h, d[1] / h, d[2] / h), (0.0, 0.0, 0.0)
-    if kind == CIRCLE:
-        t0, t1 = edges.span[piece, 0], edges.span[piece, 1]
+        return a, (d[0] / h, d[1] / h, d[2] / h), (0.0, 0.0, 0.0)
+    if kind == ON_CIRCLE:
+        t0, t1 = curve.span[0], curve.span[1]
         c, s = cos(a), sin(a)
         x, y = (f[1, 0], f[1, 1], f[1, 2]), (f[2, 0], f[2, 1], f[2, 2])
         r2 = dot(x, x)
@@ -328,8 +320,8 @@ def edge_at(skin, item, a, work):
         out = (c * x[0] + s * y[0], c * x[1] + s * y[1], c * x[2] + s * y[2])
         along = (c * y[0] - s * x[0], c * y[1] - s * x[1], c * y[2] - s * x[2])
         tangent = (along[0] / r, along[1] / r, along[2] / r)
-        return edge, (a - t0) / (t1 - t0), tangent, (-out[0] / r2, -out[1] / r2, -out[2] / r2)
-    _, d1, d2 = arc_derivatives(edges.ctrl, edges.ctrl_first[piece], edges.degree[piece], a, work)
+        return (a - t0) / (t1 - t0), tangent, (-out[0] / r2, -out[1] / r2, -out[2] / r2)
+    _, d1, d2 = arc_derivatives(ctrl, curve.ctrl, curve.degree, a, work)
     speed2 = max(dot(d1, d1), 1e-300)
     h = sqrt(speed2)
     tangent = (d1[0] / h, d1[1] / h, d1[2] / h)
@@ -339,44 +331,55 @@ def edge_at(skin, item, a, work):
         (d2[1] - along * tangent[1]) / speed2,
         (d2[2] - along * tangent[2]) / speed2,
     )
-    s0, s1, t0, t1, ramp, first, last = edges.span[piece, :7]
-    t = from_ramp(s0 + a * (s1 - s0), t0, t1, int(ramp))
-    return edge, min(1.0, max(0.0, (t - first) / (last - first))), tangent, bend
+    s0, s1, first, last = curve.span[0], curve.span[1], curve.span[5], curve.span[6]
+    t = from_ramp(s0 + a * (s1 - s0), curve.span[2], curve.span[3], int(curve.span[4]))
+    return min(1.0, max(0.0, (t - first) / (last - first))), tangent, bend
 
 
 @njit
-def continued(skin, face, u, v, p, foot, reach, work):
+def continued(skin, number, u, v, p, foot, slack, work):
     """Foot on a face taken beyond its trim, near a point of a smooth edge or vertex.
 
-    returns : whether it lies within reach of that point, foot, u or s, v or t, patch
+    returns : whether there is one, patch, two parameters, foot
     """
-    faces = skin.faces
-    if faces.form[face] == PATCHES:
-        patch, s, t = patch_at(skin, face, u, v)
-        s, t, q, _, _ = patch_foot(skin.patches, patch, p, s, t, work)
+    face = skin.faces[number]
+    m = minus(p, foot)
+    reach = 5e-3 * sqrt(dot(m, m)) + 10.0 * slack + 1e-6
+    if face.form == PATCHES:
+        patch, s, t = patch_at(face, skin.patches, skin.breaks, u, v)
+        s, t, q, _, _ = patch_foot(skin.patches[patch], skin.ctrl, p, s, t, work)
         m = minus(q, foot)
-        return dot(m, m) <= reach * reach, q, s, t, patch
+        return dot(m, m) <= reach * reach, patch, s, t, q
     for branch in range(2):
-        exists, a, b, x, y, z = foot_on_form(
-            faces.form[face], faces.frame[face], faces.size[face], p[0], p[1], p[2], branch
-        )
-        m = minus((x, y, z), foot)
+        exists, a, b, q = foot_on_form(face, p, branch)
+        m = minus(q, foot)
         if exists and dot(m, m) <= reach * reach:
-            return True, (x, y, z), a, b, -1
-    return False, foot, u, v, -1
+            return True, -1, a, b, q
+    return False, -1, u, v, foot
 
 
 @njit
-def answer_from_face(skin, face, patch, a, b, p, foot, work):
-    """Signed distance, normal, curvatures and direction at a foot inside a face."""
-    if patch >= 0:
-        n, k1, k2, e = shape_on_patch(skin.patches, patch, a, b, skin.faces.sense[face], work)
-    else:
-        n, k1, k2, e = shape_at(skin, face, a, b, work)
-    m = minus(p, foot)
-    h = sqrt(dot(m, m))
-    d = h if dot(m, n) >= 0.0 else -h
-    return d, foot, n, k1, k2, e, skin.faces.label[face]
+def faces_at_edge(skin, edge, tau, work):
+    """Mean outward normal of the faces at an edge, and whether they continue each other."""
+    mean, n = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    smooth = edge.side_last - edge.side_first > 1
+    for k in range(edge.side_first, edge.side_last):
+        side = skin.sides[k]
+        a, b = uv_on_side(side, skin.side_uv, tau)
+        face, patch = skin.faces[side.face], -1
+        if face.form == PATCHES:
+            patch, a, b = patch_at(face, skin.patches, skin.breaks, a, b)
+        other, _, _, _ = shape_on_face(skin, side.face, patch, a, b, work)
+        if k == edge.side_first:
+            n = other
+        turn = cross(n, other)
+        if dot(turn, turn) > SMOOTH * SMOOTH or dot(n, other) < 0.0:
+            smooth = False
+        mean = (mean[0] + other[0], mean[1] + other[1], mean[2] + other[2])
+    size = sqrt(dot(mean, mean))
+    if size == 0.0:
+        return n, smooth
+    return (mean[0] / size, mean[1] / size, mean[2] / size), smooth
 
 
 @njit
@@ -388,42 +391,21 @@ def any_across(n):
 
 
 @njit
-def answer_from_edge(skin, item, a, p, foot, work):
-    edge, tau, tangent, bend = edge_at(skin, item, a, work)
-    edges = skin.edges
-    first, last = edges.side_first[edge], edges.side_first[edge + 1]
-    mean, n, u, v = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
-    smooth = last - first > 1
-    for side in range(first, last):
-        other, u1, v1 = side_normal(skin, side, tau, work)
-        if side == first:
-            n, u, v = other, u1, v1
-        turn = cross(n, other)
-        if dot(turn, turn) > SMOOTH * SMOOTH or dot(n, other) < 0.0:
-            smooth = False
-        mean = (mean[0] + other[0], mean[1] + other[1], mean[2] + other[2])
+def answer_from_face(skin, number, patch, a, b, p, foot, work):
+    """Signed distance, foot, normal, k1, k2, direction of k1 at a foot on a smooth face."""
+    n, k1, k2, e = shape_on_face(skin, number, patch, a, b, work)
     m = minus(p, foot)
     h = sqrt(dot(m, m))
-    if smooth:
-        # The faces continue each other: the foot belongs to one of them, taken past its trim.
-        reach = 5e-3 * h + 10.0 * edges.slack[edge] + 1e-6
-        for side in range(first, last):
-            face = edges.side_face[side]
-            _, u, v = side_normal(skin, side, tau, work)
-            ok, q, a1, b1, patch = continued(skin, face, u, v, p, foot, reach, work)
-            if ok:
-                return answer_from_face(skin, face, patch, a1, b1, p, q, work)
-    face = skin.faces.label[edges.side_face[first]]
-    size = sqrt(dot(mean, mean))
-    if size > 0.0:
-        mean = (mean[0] / size, mean[1] / size, mean[2] / size)
-    else:
-        mean = n
+    return (h if dot(m, n) >= 0.0 else -h), foot, n, k1, k2, e
+
+
+@njit
+def answer_from_edge(p, foot, mean, tangent, bend):
+    """The same at a sharp edge with mean normal, tangent and curvature vector."""
+    m = minus(p, foot)
+    h = sqrt(dot(m, m))
     sign = 1.0 if dot(m, mean) >= 0.0 else -1.0
-    if h > TOUCH:
-        n = (sign * m[0] / h, sign * m[1] / h, sign * m[2] / h)
-    else:
-        n = mean
+    n = (sign * m[0] / h, sign * m[1] / h, sign * m[2] / h) if h > TOUCH else mean
     along = -dot(bend, n)
     across = cross(tangent, n)
     size = sqrt(dot(across, across))
@@ -432,56 +414,71 @@ def answer_from_edge(skin, item, a, p, foot, work):
     else:
         across = any_across(n)
     if sign > 0.0:
-        return sign * h, foot, n, SHARP, along, across, face
-    return sign * h, foot, n, along, -SHARP, cross(across, n), face
+        return h, foot, n, SHARP, along, across
+    return -h, foot, n, along, -SHARP, cross(across, n)
 
 
 @njit
-def answer_from_vertex(skin, item, p, foot, work):
-    vertices = skin.vertices
-    k = skin.ref[item]
+def answer_from_vertex(p, foot, mean):
+    """The same at a vertex with pseudo-normal."""
     m = minus(p, foot)
     h = sqrt(dot(m, m))
-    face = vertices.face[k]
-    if vertices.smooth[k]:
-        reach = 5e-3 * h + 10.0 * vertices.slack[k] + 1e-6
-        ok, q, a, b, patch = continued(
-            skin, face, vertices.uv[k, 0], vertices.uv[k, 1], p, foot, reach, work
-        )
-        if ok:
-            return answer_from_face(skin, face, patch, a, b, p, q, work)
-    n = (vertices.normal[k, 0], vertices.normal[k, 1], vertices.normal[k, 2])
-    sign = 1.0 if dot(m, n) >= 0.0 else -1.0
-    if h > TOUCH:
-        n = (sign * m[0] / h, sign * m[1] / h, sign * m[2] / h)
-    return sign * h, foot, n, sign * SHARP, sign * SHARP, any_across(n), skin.faces.label[face]
+    sign = 1.0 if dot(m, mean) >= 0.0 else -1.0
+    n = (sign * m[0] / h, sign * m[1] / h, sign * m[2] / h) if h > TOUCH else mean
+    return sign * h, foot, n, sign * SHARP, sign * SHARP, any_across(n)
 
 
 @njit
 def answer(skin, item, a, b, p, foot, work):
     """Signed distance, foot, normal, k1, k2, direction of k1, face of the nearest item."""
-    kind, ref = skin.kind[item], skin.ref[item]
-    if kind == FACE:
-        return answer_from_face(skin, ref, -1, a, b, p, foot, work)
-    if kind == LEAF:
-        patch = skin.leaves.patch[ref]
-        return answer_from_face(skin, skin.patches.face[patch], patch, a, b, p, foot, work)
-    if kind == LINE or kind == CIRCLE or kind == ARC:
-        return answer_from_edge(skin, item, a, p, foot, work)
-    return answer_from_vertex(skin, item, p, foot, work)
+    kind, ref = skin.items[item].kind, skin.items[item].ref
+    face, patch, on_face = ref, -1, kind == ON_FACE
+    mean = tangent = bend = (0.0, 0.0, 0.0)
+    if kind == ON_LEAF:
+        patch = skin.leaves[ref].patch
+        face, on_face = skin.patches[patch].face, True
+    elif not on_face:
+        # Where all faces share a tangent plane they continue each other: the foot belongs to one
+        # of them, taken past its trim.
+        side_first, side_last, tau, u, v = 0, 1, 0.0, 0.0, 0.0
+        if kind <= ON_ARC:
+            curve = skin.curves[ref]
+            edge = skin.edges[curve.edge]
+            tau, tangent, bend = edge_at(kind, curve, skin.ctrl, a, work)
+            mean, smooth = faces_at_edge(skin, edge, tau, work)
+            slack, side_first, side_last = edge.slack, edge.side_first, edge.side_last
+            face = skin.sides[side_first].face
+        else:
+            vertex = skin.vertices[ref]
+            mean = (vertex.normal[0], vertex.normal[1], vertex.normal[2])
+            slack, smooth, face = vertex.slack, vertex.smooth != 0, vertex.face
+            u, v = vertex.uv[0], vertex.uv[1]
+        if smooth:
+            for k in range(side_first, side_last):
+                if kind <= ON_ARC:
+                    side = skin.sides[k]
+                    face = side.face
+                    u, v = uv_on_side(side, skin.side_uv, tau)
+                ok, patch1, a1, b1, q = continued(skin, face, u, v, p, foot, slack, work)
+                if ok:
+                    on_face, patch, a, b, foot = True, patch1, a1, b1, q
+                    break
+    if on_face:
+        d, q, n, k1, k2, e = answer_from_face(skin, face, patch, a, b, p, foot, work)
+    elif kind <= ON_ARC:
+        d, q, n, k1, k2, e = answer_from_edge(p, foot, mean, tangent, bend)
+    else:
+        d, q, n, k1, k2, e = answer_from_vertex(p, foot, mean)
+    return d, q, n, k1, k2, e, skin.faces[face].label
 
 
 @njit(parallel=True, cache=True)
-def project_points(
-    tree, low, high, kind, ref, faces, trims, patches, leaves, edges, vertices,
-    points, seed, distance, point, normal, curvature, direction, face, new_seed,
-):  # fmt: skip
-    """Fill the fields of a Projection. The skin comes in parts: a parallel loop takes no nested tuple."""
+def project_points(skin, points, seed, distance, point, normal, curvature, direction, face, new_seed):
+    """Fill the fields of a Projection. Points are independent: the same bits at any thread count."""
     n = len(points)
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stack, bounds = np.zeros(2 * DEPTH, np.int64), np.zeros(2 * DEPTH)
+        stack, bounds = np.zeros(DEPTH, np.int64), np.zeros(DEPTH)
         work = np.zeros(WORK)
-        skin = Skin(tree, low, high, kind, ref, faces, trims, patches, leaves, edges, vertices)
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             p = (points[i, 0], points[i, 1], points[i, 2])
             item, a, b, foot = nearest(skin, p, seed[i], stack, bounds, work)

@@ -21,6 +21,9 @@ from cadlink.bezier import (
 )
 from cadlink.records import BEZIER, CIRCLE, LINE, EdgeCurve
 
+STATIONS = 33  # samples along an edge
+
+
 def xyz(p):
     """A gp point, vector or direction as an array."""
     return np.array([p.X(), p.Y(), p.Z()])
@@ -117,7 +120,8 @@ class Trace(NamedTuple):
 
     arcs   list of Arc with 2-D control points, in the curve's own direction
     start, end   (2,) (u, v) where the wire enters and leaves it
-    samples   (k, 2) of (u, v) at equal steps of the edge parameter, first to last
+    samples   (k, 2) of (u, v) at equal steps of the edge parameter; two on a straight pcurve
+    near_start, near_end   (2,) (u, v) a thousandth of the way in from start and end
     """
 
     arcs: list
@@ -138,7 +142,7 @@ def trace_of(edge, face, is_reversed):
     adaptor = Geom2dAdaptor_Curve(pcurve, first, last)
     arcs = arcs_of(adaptor, first, last, True, 1e-12)
     straight = adaptor.GetType() == CurveType.GeomAbs_Line
-    steps = np.linspace(first, last, 2 if straight else 33)
+    steps = np.linspace(first, last, 2 if straight else STATIONS)
     samples = np.array([xy(adaptor.Value(t)) for t in steps])
     inward = 1e-3 * (last - first)
     ends = [samples[0], samples[-1]]

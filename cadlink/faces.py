@@ -202,10 +202,7 @@ def revolution_grid(surface, box):
             along = (p @ z)[:, None] * z
             r = p - along
             q = np.cross(z, r)
-            net = [
-                np.hstack([c[3] * (w * o + along) + c[0] * r + c[1] * q, c[3] * w])
-                for c in turn.ctrl
-            ]
+            net = [np.hstack([c[3] * (w * o + along) + c[0] * r + c[1] * q, c[3] * w]) for c in turn.ctrl]
             row.append(np.stack(net))
         patches.append(row)
     return u_arcs, v_arcs, patches
@@ -250,4 +247,3 @@ def inner_breaks(adaptor, letter, first, last):
     inner = [found.Value(i) for i in range(1, n + 2)]
     inner = [t for t in inner if first < t < last]
     return np.array([first, *inner, last])
-

@@ -6,13 +6,13 @@ a time. The box is aligned with the leaf; it holds the control net, so it holds 
 (weights are positive).
 """
 
-from typing import NamedTuple
+from math import sqrt
 
 import numpy as np
 from numba import njit
 
 from cadlink.bezier import project_ctrl, split
-from cadlink.nurbs import WORK, from_ramp, patch_point, shape_on_patch
+from cadlink.nurbs import WORK, cross, dot, from_ramp, patch_point, shape_on_patch
 from cadlink.trim import inside
 
 TURN = 0.3  # rad
@@ -20,38 +20,37 @@ LEVELS = 16  # halvings at most
 SAFETY = 1.5  # on curvatures sampled at nine points of a leaf
 
 
-class Leaves(NamedTuple):
-    """Parts of patches.
-
-    rect   (n, 4) s0, s1, t0, t1 in the patch
-    frame  (n, 4, 3) centre and axes (third: near the normal S_s x S_t) of the aligned box
-    half   (n, 3) its half sizes
-    bend   (n, 2) largest curvature towards, and away from, the normal [1/mm]
-    whole  (n,) True where no boundary of the face passes through: every foot counts
-    """
-
-    patch: np.ndarray
-    rect: np.ndarray
-    frame: np.ndarray
-    half: np.ndarray
-    bend: np.ndarray
-    whole: np.ndarray
+# Part of a patch.
+#   rect   s0, s1, t0, t1;  frame  centre and axes (third: near S_s x S_t) of its box, half  its size
+#   bend   largest curvature towards, and away from, S_s x S_t [1/mm]
+#   whole  1 where no boundary of the face passes through: every foot counts
+LEAF = np.dtype(
+    [
+        ("patch", "i8"),
+        ("rect", "f8", 4),
+        ("frame", "f8", (4, 3)),
+        ("half", "f8", 3),
+        ("bend", "f8", 2),
+        ("whole", "i8"),
+    ]
+)
 
 
-def cut_patches(patches, trims, smallest):
+def cut_patches(patches, faces, pieces, ctrl, smallest):
     """Leaves of all patches and the control points of each, those outside their trim left out.
 
     smallest : mm, a net smaller than this is not cut further
-    returns : Leaves, low (n, 3), high (n, 3) boxes along the axes of space
+    returns : LEAF records, low (n, 3), high (n, 3) boxes along the axes of space
     """
     found_patch, found_rect, found_net = [], [], []
-    for p, q in np.unique(patches.degree, axis=0):
-        ids = np.flatnonzero((patches.degree[:, 0] == p) & (patches.degree[:, 1] == q))
-        take = patches.ctrl_first[ids][:, None] + np.arange((p + 1) * (q + 1))
-        nets = patches.ctrl[take].reshape(-1, p + 1, q + 1, 4)
+    degree = patches["degree"]
+    for p, q in np.unique(degree, axis=0):
+        ids = np.flatnonzero((degree[:, 0] == p) & (degree[:, 1] == q))
+        take = patches["ctrl"][ids][:, None] + np.arange((p + 1) * (q + 1))
+        nets = ctrl[take].reshape(-1, p + 1, q + 1, 4)
         rects = np.tile([0.0, 1.0, 0.0, 1.0], (len(ids), 1))
         for level in range(LEVELS + 1):
-            part = where_inside(patches, trims, ids, rects)
+            part = where_inside(patches, faces, pieces, ctrl, ids, rects)
             ids, rects, nets = ids[part > 0], rects[part > 0], nets[part > 0]
             flat, along_u = flatness(nets, smallest)
             if level == LEVELS:
@@ -63,32 +62,22 @@ def cut_patches(patches, trims, smallest):
             if not len(ids):
                 break
             ids, rects, nets = halves(ids, rects, nets, along_u)
-    if not found_patch:
-        return empty_leaves(), np.zeros((0, 3)), np.zeros((0, 3))
-    patch, rect = np.concatenate(found_patch), np.concatenate(found_rect)
-    whole = where_inside(patches, trims, patch, rect) == 2
-    frame, bend = np.zeros((len(patch), 4, 3)), np.zeros((len(patch), 2))
-    measure_leaves(patches, patch, rect, frame, bend)
-    half = np.zeros((len(patch), 3))
-    low, high = np.zeros((len(patch), 3)), np.zeros((len(patch), 3))
+    found = sum(len(f) for f in found_patch)
+    leaves, low, high = np.zeros(found, LEAF), np.zeros((found, 3)), np.zeros((found, 3))
+    if not found:
+        return leaves, low, high
+    leaves["patch"], leaves["rect"] = np.concatenate(found_patch), np.concatenate(found_rect)
+    part = where_inside(patches, faces, pieces, ctrl, leaves["patch"], leaves["rect"])
+    leaves["whole"] = part == 2
+    measure_leaves(patches, ctrl, leaves)
     for k, net in enumerate(found_net):
         low[k], high[k] = net.min(axis=0), net.max(axis=0)
-        local = (net - frame[k, 0]) @ frame[k, 1:].T
+        frame = leaves["frame"][k]
+        local = (net - frame[0]) @ frame[1:].T
         least, most = local.min(axis=0), local.max(axis=0)
-        frame[k, 0] += 0.5 * (least + most) @ frame[k, 1:]
-        half[k] = 0.5 * (most - least)
-    return Leaves(patch, rect, frame, half, bend, whole), low, high
-
-
-def empty_leaves():
-    return Leaves(
-        np.zeros(0, np.int64),
-        np.zeros((0, 4)),
-        np.zeros((0, 4, 3)),
-        np.zeros((0, 3)),
-        np.zeros((0, 2)),
-        np.zeros(0, bool),
-    )
+        frame[0] += 0.5 * (least + most) @ frame[1:]
+        leaves["half"][k] = 0.5 * (most - least)
+    return leaves, low, high
 
 
 def halves(ids, rects, nets, along_u):
@@ -130,68 +119,67 @@ def flatness(nets, smallest):
     return flat, turn_u >= turn_v
 
 
-def where_inside(patches, trims, ids, rects):
+def where_inside(patches, faces, pieces, ctrl, ids, rects):
     """2 where a piece of a patch lies inside its face, 0 outside, 1 where a boundary passes."""
     part = np.zeros(len(ids), np.int64)
-    classify(patches, trims, np.ascontiguousarray(ids), np.ascontiguousarray(rects), part)
+    ids, rects = np.ascontiguousarray(ids), np.ascontiguousarray(rects)
+    classify(patches, faces, pieces, ctrl, ids, rects, part)
     return part
 
 
 @njit(cache=True)
-def classify(patches, trims, ids, rects, part):
+def classify(patches, faces, pieces, ctrl, ids, rects, part):
     work = np.zeros(WORK)
     for k in range(len(ids)):
-        patch = ids[k]
-        face = patches.face[patch]
-        r = patches.uv_range[patch]
-        u0 = from_ramp(rects[k, 0], r[0], r[1], patches.ramp[patch, 0])
-        u1 = from_ramp(rects[k, 1], r[0], r[1], patches.ramp[patch, 0])
-        v0 = from_ramp(rects[k, 2], r[2], r[3], patches.ramp[patch, 1])
-        v1 = from_ramp(rects[k, 3], r[2], r[3], patches.ramp[patch, 1])
+        patch = patches[ids[k]]
+        face, r = faces[patch.face], patch.uv
+        u0 = from_ramp(rects[k, 0], r[0], r[1], patch.ramp[0])
+        u1 = from_ramp(rects[k, 1], r[0], r[1], patch.ramp[0])
+        v0 = from_ramp(rects[k, 2], r[2], r[3], patch.ramp[1])
+        v1 = from_ramp(rects[k, 3], r[2], r[3], patch.ramp[1])
         touched = False
         for turn_u in range(-1, 2):
             for turn_v in range(-1, 2):
-                du = turn_u * trims.period[face, 0]
-                dv = turn_v * trims.period[face, 1]
-                for piece in range(trims.first[face], trims.first[face + 1]):
-                    low = min(trims.ends[piece, 1], trims.ends[piece, 3])
-                    high = max(trims.ends[piece, 1], trims.ends[piece, 3])
+                du, dv = turn_u * face.period[0], turn_v * face.period[1]
+                for number in range(face.piece_first, face.piece_last):
+                    piece = pieces[number]
+                    low = min(piece.ends[1], piece.ends[3])
+                    high = max(piece.ends[1], piece.ends[3])
                     touched |= (
-                        trims.reach[piece, 0] <= u1 + du
-                        and trims.reach[piece, 1] >= u0 + du
+                        piece.reach[0] <= u1 + du
+                        and piece.reach[1] >= u0 + du
                         and low <= v1 + dv
                         and high >= v0 + dv
                     )
         if touched:
             part[k] = 1
-        elif inside(trims, face, 0.5 * (u0 + u1), 0.5 * (v0 + v1), work):
+        elif inside(face, pieces, ctrl, 0.5 * (u0 + u1), 0.5 * (v0 + v1), work):
             part[k] = 2
 
 
 @njit(cache=True)
-def measure_leaves(patches, ids, rects, frame, bend):
+def measure_leaves(patches, ctrl, leaves):
     """Centre and axes of each leaf, and the largest curvature to either side."""
     work = np.zeros(WORK)
-    for k in range(len(ids)):
+    for k in range(len(leaves)):
+        leaf = leaves[k]
+        patch = patches[leaf.patch]
         for i in range(3):
             for j in range(3):
-                s = rects[k, 0] + (rects[k, 1] - rects[k, 0]) * (0.5 * i * 0.998 + 0.001)
-                t = rects[k, 2] + (rects[k, 3] - rects[k, 2]) * (0.5 * j * 0.998 + 0.001)
-                n, k1, k2, e = shape_on_patch(patches, ids[k], s, t, 1.0, work)
-                bend[k, 0] = max(bend[k, 0], -SAFETY * k2)
-                bend[k, 1] = max(bend[k, 1], SAFETY * k1)
+                s = leaf.rect[0] + (leaf.rect[1] - leaf.rect[0]) * (0.5 * i * 0.998 + 0.001)
+                t = leaf.rect[2] + (leaf.rect[3] - leaf.rect[2]) * (0.5 * j * 0.998 + 0.001)
+                n, k1, k2, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
+                leaf.bend[0] = max(leaf.bend[0], -SAFETY * k2)
+                leaf.bend[1] = max(leaf.bend[1], SAFETY * k1)
                 if i == 1 and j == 1:
-                    centre, d_s, d_t = patch_point(patches, ids[k], s, t, work)[:3]
+                    centre, d_s, _, _, _, _ = patch_point(patch, ctrl, s, t, work)
                     # First axis along the leaf: S_s, or e where S_s vanishes.
-                    length = np.sqrt(d_s[0] ** 2 + d_s[1] ** 2 + d_s[2] ** 2)
+                    length = sqrt(dot(d_s, d_s))
+                    a = (d_s[0] / length, d_s[1] / length, d_s[2] / length) if length > 0.0 else e
+                    b = cross(n, a)
                     for c in range(3):
-                        frame[k, 0, c] = centre[c]
-                        frame[k, 3, c] = n[c]
-                        frame[k, 1, c] = d_s[c] / length if length > 0.0 else e[c]
-        a, b = frame[k, 1], frame[k, 3]
-        frame[k, 2, 0] = b[1] * a[2] - b[2] * a[1]
-        frame[k, 2, 1] = b[2] * a[0] - b[0] * a[2]
-        frame[k, 2, 2] = b[0] * a[1] - b[1] * a[0]
+                        leaf.frame[0, c] = centre[c]
+                        leaf.frame[1, c], leaf.frame[2, c], leaf.frame[3, c] = a[c], b[c], n[c]
 
 
 def cut_arc(ctrl, smallest):

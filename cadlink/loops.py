@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cadlink.bezier import Arc, clip, points, project_ctrl
+from cadlink.bezier import clip, points, project_ctrl
 
 
 class Piece(NamedTuple):
@@ -57,7 +57,8 @@ def pieces_of_wire(traces, following):
         after = traces[following[i]]
         head = points(after.arcs[-1 if after.reversed else 0].ctrl, [float(after.reversed)])[0]
         pieces.append(straight(tail, head))
-    return [p for p in pieces if p.ends[1] != p.ends[3]]
+    # Pieces along u cross no ray, but they tell where a boundary passes (leaves.py).
+    return [p for p in pieces if p.ends[:2] != p.ends[2:]]
 
 
 def straight(start, end):
@@ -72,7 +73,8 @@ def monotone_pieces(arc, start, end):
         return [straight(start, end)]
     flat = project_ctrl(ctrl)
     if np.all(flat[:, 1] == flat[0, 1]):
-        return []
+        ends = (start[0], start[1], end[0], start[1])
+        return [Piece(ends, None, flat[:, 0].min(), flat[:, 0].max())]
     steps = np.diff(flat[:, 1])
     cuts = [0.0, 1.0]
     if not (np.all(steps >= 0.0) or np.all(steps <= 0.0)):
@@ -132,6 +134,3 @@ def uv_box(traces, pieces):
         lo = np.minimum(lo, [piece.ulo, min(piece.ends[1], piece.ends[3])])
         hi = np.maximum(hi, [piece.uhi, max(piece.ends[1], piece.ends[3])])
     return np.array([lo[0], hi[0], lo[1], hi[1]])
-
-
-__all__ = ["Arc", "Piece", "matched", "pieces_of_wire", "uv_box"]

@@ -11,7 +11,6 @@ The NURBS Book, 6.1, with an active set for the sides of the square).
 """
 
 from math import atan, atanh, sqrt, tan, tanh
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -22,16 +21,20 @@ STEP = 1e-10  # mm: a step this small ends Newton; the next error is its square 
 SURE = 1e-4  # mm: below it a step is not tested against the distance, which stalls at round-off
 
 
-class Patches(NamedTuple):
-    """Rational Bezier patches; those of one face form a grid, v fastest."""
-
-    degree: np.ndarray  # (n, 2)
-    ctrl_first: np.ndarray  # (n,)
-    ctrl: np.ndarray  # (n_ctrl, 4): w x, w y, w z, w; index i (q + 1) + j
-    ramp: np.ndarray  # (n, 2) how the face's u and v follow s and t
-    uv_range: np.ndarray  # (n, 4) u0, u1, v0, v1
-    natural: np.ndarray  # (n, 4) whether s = 0, s = 1, t = 0, t = 1 end the whole surface
-    face: np.ndarray  # (n,)
+# One rational Bezier patch. Those of one face form a grid, v fastest.
+#   degree   p, q;  ctrl  number of its first control point (w x, w y, w z, w), then i (q + 1) + j
+#   ramp     how the face's u and v follow s and t;  uv  u0, u1, v0, v1
+#   natural  whether s = 0, s = 1, t = 0, t = 1 end the whole surface
+PATCH = np.dtype(
+    [
+        ("degree", "i8", 2),
+        ("ctrl", "i8"),
+        ("ramp", "i8", 2),
+        ("uv", "f8", 4),
+        ("natural", "i8", 4),
+        ("face", "i8"),
+    ]
+)
 
 
 @njit
@@ -87,13 +90,12 @@ def bernstein_rows(n, s, work, row):
 
 
 @njit
-def patch_point(patches, patch, s, t, work):
+def patch_point(patch, ctrl, s, t, work):
     """S, S_s, S_t, S_ss, S_st, S_tt of a rational patch, three components each.
 
     Quotient rule on homogeneous derivatives: S_s = (A_s - w_s S) / w and so on (The NURBS Book 4.4).
     """
-    p, q = patches.degree[patch, 0], patches.degree[patch, 1]
-    ctrl, k = patches.ctrl, patches.ctrl_first[patch]
+    p, q, k = patch.degree[0], patch.degree[1], patch.ctrl
     bernstein_rows(p, s, work, 0)
     bernstein_rows(q, t, work, 3)
     x = x_s = x_t = x_ss = x_st = x_tt = 0.0
@@ -194,75 +196,63 @@ def newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2):
 
 
 @njit
-def patch_foot(patches, patch, point, s, t, work):
+def patch_foot(patch, ctrl, point, s, t, work):
     """Minimum of the distance to one patch, downhill from (s, t).
 
     returns : s, t, foot, distance^2, and whether it may be an interior foot: False where the
         distance still falls across a side that ends the whole surface
     """
-    foot, d_s, d_t, d_ss, d_st, d_tt = patch_point(patches, patch, s, t, work)
-    r = minus(foot, point)
-    f = dot(r, r)
-    free = True
+    f, ds, dt, size1, size2 = np.inf, 0.0, 0.0, 0.0, 0.0
+    foot = r = d_s = d_t = (0.0, 0.0, 0.0)
     for _ in range(MAX_ITERATIONS):
+        s1, t1 = clamped(s + ds), clamped(t + dt)
+        length = abs(s1 - s) * size1 + abs(t1 - t) * size2
+        foot1, e_s, e_t, e_ss, e_st, e_tt = patch_point(patch, ctrl, s1, t1, work)
+        r1 = minus(foot1, point)
+        f1 = dot(r1, r1)
+        if not (f1 < f or length < SURE):
+            ds, dt = 0.4 * ds, 0.4 * dt
+            continue
+        s, t, foot, r, f, d_s, d_t = s1, t1, foot1, r1, f1, e_s, e_t
+        if 0.0 < length < STEP:
+            break
         g1, g2 = dot(r, d_s), dot(r, d_t)
         a11, a12, a22 = dot(d_s, d_s), dot(d_s, d_t), dot(d_t, d_t)
-        h11, h12, h22 = a11 + dot(r, d_ss), a12 + dot(r, d_st), a22 + dot(r, d_tt)
+        h11, h12, h22 = a11 + dot(r, e_ss), a12 + dot(r, e_st), a22 + dot(r, e_tt)
         held1 = (s <= 0.0 and g1 > 0.0) or (s >= 1.0 and g1 < 0.0)
         held2 = (t <= 0.0 and g2 > 0.0) or (t >= 1.0 and g2 < 0.0)
         ds, dt = newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2)
         size1, size2 = sqrt(a11), sqrt(a22)
-        moved = False
-        factor = 1.0
-        for _ in range(30):
-            s1, t1 = clamped(s + factor * ds), clamped(t + factor * dt)
-            length = abs(s1 - s) * size1 + abs(t1 - t) * size2
-            if length == 0.0:
-                break
-            foot1, e_s, e_t, e_ss, e_st, e_tt = patch_point(patches, patch, s1, t1, work)
-            r1 = minus(foot1, point)
-            f1 = dot(r1, r1)
-            if f1 < f or length < SURE:
-                moved = True
-                break
-            factor *= 0.4
-        if not moved:
-            break
-        s, t, foot, r, f = s1, t1, foot1, r1, f1
-        d_s, d_t, d_ss, d_st, d_tt = e_s, e_t, e_ss, e_st, e_tt
-        if length < STEP:
+        if abs(clamped(s + ds) - s) * size1 + abs(clamped(t + dt) - t) * size2 < 1e-13:
             break
     # A side of the whole surface that holds the foot back belongs to an edge, not to the face.
+    free = True
     g1, g2 = dot(r, d_s), dot(r, d_t)
     size1, size2 = sqrt(dot(d_s, d_s)), sqrt(dot(d_t, d_t))
     slack = 1e-8 * sqrt(f) + 1e-11
-    natural = patches.natural
-    if (s <= 0.0 and natural[patch, 0] and g1 > slack * size1) or (
-        s >= 1.0 and natural[patch, 1] and -g1 > slack * size1
-    ):
+    natural = patch.natural
+    if (s <= 0.0 and natural[0] and g1 > slack * size1) or (s >= 1.0 and natural[1] and -g1 > slack * size1):
         free = False
-    if (t <= 0.0 and natural[patch, 2] and g2 > slack * size2) or (
-        t >= 1.0 and natural[patch, 3] and -g2 > slack * size2
-    ):
+    if (t <= 0.0 and natural[2] and g2 > slack * size2) or (t >= 1.0 and natural[3] and -g2 > slack * size2):
         free = False
     return s, t, foot, f, free
 
 
 @njit
-def shape_on_patch(patches, patch, s, t, sense, work):
+def shape_on_patch(patch, ctrl, s, t, sense, work):
     """Outward normal, curvatures k1 >= k2 (> 0 convex) and the direction of k1.
 
     Eigenvalues of the shape operator from the two fundamental forms (do Carmo 3.3). At a pole the
     parametrisation is singular: the values just beside it stand in.
     """
-    _, d_s, d_t, d_ss, d_st, d_tt = patch_point(patches, patch, s, t, work)
-    n = cross(d_s, d_t)
-    size = sqrt(dot(n, n))
-    if size <= 1e-9 * (dot(d_s, d_s) + dot(d_t, d_t)):
-        s, t = min(1.0 - 1e-5, max(1e-5, s)), min(1.0 - 1e-5, max(1e-5, t))
-        _, d_s, d_t, d_ss, d_st, d_tt = patch_point(patches, patch, s, t, work)
+    n, size = (0.0, 0.0, 0.0), 0.0
+    for _ in range(2):
+        _, d_s, d_t, d_ss, d_st, d_tt = patch_point(patch, ctrl, s, t, work)
         n = cross(d_s, d_t)
         size = sqrt(dot(n, n))
+        if size > 1e-9 * (dot(d_s, d_s) + dot(d_t, d_t)):
+            break
+        s, t = min(1.0 - 1e-5, max(1e-5, s)), min(1.0 - 1e-5, max(1e-5, t))
     if size == 0.0:
         return (0.0, 0.0, sense), 0.0, 0.0, (1.0, 0.0, 0.0)
     n = (sense * n[0] / size, sense * n[1] / size, sense * n[2] / size)

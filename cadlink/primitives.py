@@ -64,15 +64,16 @@ def foot_torus(rho, z, R, r):
 
 
 @njit
-def foot_on_form(form, frame, size, px, py, pz, branch):
+def foot_on_form(face, p, branch):
     """Foot of a point on an untrimmed surface.
 
-    returns : exists, u, v, x, y, z of the foot in space
+    returns : exists, u, v, foot in space
     """
-    x, y, z = into_frame(frame, px, py, pz)
+    form, frame, size = face.form, face.frame, face.size
+    x, y, z = into_frame(frame, p[0], p[1], p[2])
     if form == PLANE:
         fx, fy, fz = out_of_frame(frame, x, y, 0.0)
-        return branch == 0, x, y, fx, fy, fz
+        return branch == 0, x, y, (fx, fy, fz)
     # Meridian plane of the point; on the axis every meridian is as good: take the first.
     rho = sqrt(x * x + y * y)
     cu, su = (x / rho, y / rho) if rho > 0.0 else (1.0, 0.0)
@@ -104,18 +105,19 @@ def foot_on_form(form, frame, size, px, py, pz, branch):
             u, radius = u + pi, -radius
         height = size[1] * sin(v)
     fx, fy, fz = out_of_frame(frame, radius * cu, radius * su, height)
-    return exists, u, v, fx, fy, fz
+    return exists, u, v, (fx, fy, fz)
 
 
 @njit
-def shape_on_form(form, frame, size, sense, u, v):
+def shape_on_form(face, u, v):
     """Outward normal, curvatures k1 >= k2 and the direction of k1 at (u, v).
 
-    returns : nx, ny, nz, k1, k2, ex, ey, ez
+    returns : n (3), k1, k2, e (3)
     """
+    form, frame, size, sense = face.form, face.frame, face.size, face.sense
     if form == PLANE:
         nx, ny, nz = turned(frame, 0.0, 0.0, sense)
-        return nx, ny, nz, 0.0, 0.0, frame[1, 0], frame[1, 1], frame[1, 2]
+        return (nx, ny, nz), 0.0, 0.0, (frame[1, 0], frame[1, 1], frame[1, 2])
     cu, su = cos(u), sin(u)
     # Along the parallel (direction e_u) the curvature is ku, along the meridian kv.
     if form == CYLINDER:
@@ -142,6 +144,6 @@ def shape_on_form(form, frame, size, sense, u, v):
     ku, kv = sense * ku, sense * kv
     if ku >= kv:
         ex, ey, ez = turned(frame, -su, cu, 0.0)
-        return nx, ny, nz, ku, kv, ex, ey, ez
+        return (nx, ny, nz), ku, kv, (ex, ey, ez)
     ex, ey, ez = turned(frame, er * cu, er * su, eh)
-    return nx, ny, nz, kv, ku, ex, ey, ez
+    return (nx, ny, nz), kv, ku, (ex, ey, ez)

@@ -11,20 +11,17 @@ from cadlink.skin import build_skin
 def smallest_radii(record):
     """(concave, convex) radius [mm], inf where there is none. record: "skin" of a part."""
     skin = build_skin(record)
-    faces = skin.faces
     least, most = 0.0, 0.0
-    for face, form in enumerate(faces.form):
-        if form == PATCHES:
+    for face in skin.faces:
+        if face["form"] == PATCHES:
             continue
-        u, _, v0, v1 = skin.trims.box[face]
+        u, _, v0, v1 = face["box"]
         for v in np.linspace(v0, v1, 9):
-            _, _, _, k1, k2, _, _, _ = shape_on_form(
-                form, faces.frame[face], faces.size[face], faces.sense[face], u, v
-            )
-            if abs(k1) < 1e9 and abs(k2) < 1e9:
+            _, k1, k2, _ = shape_on_form(face, u, v)
+            if abs(k1) < 1e9 and abs(k2) < 1e9:  # not the apex of a cone
                 least, most = min(least, k2), max(most, k1)
-    sense = faces.sense[skin.patches.face[skin.leaves.patch]]
-    bend = skin.leaves.bend / SAFETY
+    sense = skin.faces["sense"][skin.patches["face"][skin.leaves["patch"]]]
+    bend = skin.leaves["bend"] / SAFETY
     # bend[:, 0] hollows the side of S_s x S_t; that is the outside where sense > 0.
     hollow = np.where(sense > 0.0, bend[:, 0], bend[:, 1])
     bulge = np.where(sense > 0.0, bend[:, 1], bend[:, 0])

@@ -34,7 +34,7 @@ class Gaps(NamedTuple):
     """How well the file's own faces and edges meet [mm].
 
     edge    largest distance between an edge and the same edge as drawn on its faces
-    vertex  largest distance between a vertex and the ends of its edges
+    vertex  the same at a vertex: from the ends of its edges, or their own gap if larger
     tolerance  largest tolerance the file (or its reader) grants an edge or vertex
     """
 
@@ -194,9 +194,7 @@ def read_in_child(path, timeout):
     """What the reading process returns, or {"error": line} if it crashed or hung."""
     package = str(Path(__file__).resolve().parent.parent)
     environment = dict(os.environ)
-    environment["PYTHONPATH"] = os.pathsep.join(
-        p for p in (package, environment.get("PYTHONPATH", "")) if p
-    )
+    environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH", "")) if p)
     with tempfile.TemporaryDirectory(prefix="cadlink-") as folder:
         out = os.path.join(folder, "parts.pickle")
         command = [sys.executable, "-m", "cadlink.brep", str(path.resolve()), out]

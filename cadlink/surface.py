@@ -83,5 +83,5 @@ class ToolSurface:
             np.empty((n, 3)),
         )
         if n:
-            project_points(*self.skin, points, np.ascontiguousarray(seed, float), *hit)
+            project_points(self.skin, points, np.ascontiguousarray(seed, float), *hit)
         return hit

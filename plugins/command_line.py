@@ -55,7 +55,8 @@ def check(scene: Path, *, as_json: Json = False):
     if as_json:
         print_json(checked)
     else:
-        print(checked["name"], checked["plan"], *checked["starts"], sep="\n")
+        starts = [f"  {name}: {travel:.4g} mm along its axis" for name, travel in checked["starts"].items()]
+        print(checked["name"], checked["plan"], "Closing the tools on the blank:", *starts, sep="\n")
 
 
 @app.command
@@ -132,6 +133,14 @@ def report(folder: Path, *, plot: Path | None = None, as_json: Json = False):
     print_report(figures.read_summary(folder), as_json)
     if plot:
         figures.plot(folder, plot)
+
+
+@app.command
+def schema():
+    """Print the JSON schema of scene files, for editors that complete and check TOML."""
+    from .scene_keys import SceneKeys
+
+    print_json(SceneKeys.model_json_schema())
 
 
 def print_table(*tables):

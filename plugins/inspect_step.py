@@ -44,23 +44,24 @@ def hex_color(color):
 
 def parts_table(described):
     """A row per part, as a rich table."""
+    from rich.markup import escape
     from rich.table import Table
     from rich.text import Text
 
     unit = described["unit"]
     shown_in = "" if unit == "mm" else ", shown in mm"
-    table = Table(title=f"{described['file']}: unit {unit}{shown_in}", title_justify="left")
+    table = Table(title=escape(f"{described['file']}: unit {unit}{shown_in}"), title_justify="left")
     table.add_column("part", overflow="fold")
     table.add_column("faces", justify="right")
     table.add_column("by kind")
-    table.add_column("size x, y, z [mm]", justify="right", no_wrap=True)
-    table.add_column("smallest radius [mm]\nconcave", justify="right")
+    table.add_column(escape("size x, y, z [mm]"), justify="right", no_wrap=True)
+    table.add_column(escape("smallest radius [mm]\nconcave"), justify="right")
     table.add_column("\nconvex", justify="right")
     table.add_column("colour")
     for part in described["parts"]:
         color = part["color"]
         table.add_row(
-            part["name"],
+            escape(part["name"]),
             str(part["faces"]),
             ", ".join(f"{n} {kind}" for kind, n in part["kinds"].items()),
             " x ".join(f"{length:.6g}" for length in part["size"]),

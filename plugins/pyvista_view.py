@@ -38,6 +38,7 @@ class Shot(NamedTuple):
     tools: dict  # name -> pyvista.PolyData
     stroke: float
     label: str
+    extremes: tuple  # of the field as written, before it is spread over the nodes
 
 
 def draw_run(folder, png, field="thinning", stroke=None, size=(1800, 850)):
@@ -56,18 +57,20 @@ def draw_run(folder, png, field="thinning", stroke=None, size=(1800, 850)):
     path = Path(folder)
     path = path if path.suffix == ".pvd" else path / "result.pvd"
     shot = load(path, field, stroke)
-    columns = 2 if shot.tools else 1
     plotter = pyvista.Plotter(
-        shape=(1, columns), col_weights=[1.0, 1.0][:columns], window_size=size, border=False, off_screen=True
+        shape=(1, 2 if shot.tools else 1),
+        window_size=size if shot.tools else (size[0] // 2 + size[0] // 8, size[1]),
+        border=False,
+        off_screen=True,
     )
     plotter.set_background("white", top="#e6ebf0", all_renderers=True)
-    limits = colour_limits(shot.sheet["shown"])
+    scale = round_scale(shot.sheet["shown"])
     plotter.subplot(0, 0)
-    draw_sheet(plotter, shot, limits)
+    draw_sheet(plotter, shot, scale)
     draw_words(plotter, path, shot)
     if shot.tools:
         plotter.subplot(0, 1)
-        draw_section(plotter, shot, limits)
+        draw_section(plotter, shot, scale)
     plotter.enable_anti_aliasing("ssaa", all_renderers=True)
     Path(png).parent.mkdir(parents=True, exist_ok=True)
     plotter.screenshot(png)
@@ -95,13 +98,16 @@ def load(path, field, stroke):
     sheet = next((pyvista.read(path.parent / entry.file) for entry in now if entry.part == 0), None)
     if sheet is None:
         raise report.RunFolderError(f"{path}: holds no sheet at {time:g} mm of stroke")
-    label = show_field(sheet, field, path)
+    label, extremes = show_field(sheet, field, path)
     tools = {entry.name: pyvista.read(path.parent / entry.file) for entry in now if entry.part > 0}
-    return Shot(whole(sheet), tools, time, label)
+    return Shot(whole(sheet), tools, time, label, extremes)
 
 
 def show_field(sheet, field, path):
-    """Puts a field on the nodes as "shown": vectors by length, stresses by von Mises. Returns its label."""
+    """Puts a field on the nodes as "shown": vectors by length, stresses by von Mises.
+
+    Returns its label and its smallest and largest value.
+    """
     known = sorted({*sheet.cell_data.keys(), *sheet.point_data.keys()})
     if field not in known:
         raise report.RunFolderError(f"{path}: found no field {field!r}, expected one of {', '.join(known)}")
@@ -112,6 +118,7 @@ def show_field(sheet, field, path):
         values = von_mises(values)
     elif values.ndim == 2:
         values = np.linalg.norm(values, axis=1)
+    extremes = factor * values.min(), factor * values.max()
     if on_cells:
         corners = sheet.cells_dict
         nodal, weight = np.zeros(sheet.n_points), np.zeros(sheet.n_points)
@@ -120,7 +127,7 @@ def show_field(sheet, field, path):
             np.add.at(weight, cells.ravel(), 1.0)
         values = nodal / np.maximum(weight, 1.0)
     sheet.point_data["shown"] = factor * values
-    return label
+    return label, extremes
 
 
 def von_mises(stress):
@@ -138,42 +145,53 @@ def whole(sheet):
     return sheet
 
 
-def colour_limits(values):
-    """Range of the colours: that of the values, a point where they are all the same widened."""
+class Scale(NamedTuple):
+    """Colours of a field: round limits and the number of steps between them."""
+
+    limits: tuple
+    n_steps: int
+
+
+def round_scale(values, most=8):
+    """A Scale that holds all values in at most so many steps of 1, 2, 2.5 or 5 times a power of ten."""
     low, high = float(np.min(values)), float(np.max(values))
-    return (low, high) if high - low > 1e-12 * max(1.0, abs(high)) else (low - 0.5, low + 0.5)
+    if high - low <= 1e-9 * max(abs(low), abs(high), 1e-9):
+        low, high = low - 0.5, high + 0.5
+    power = 10.0 ** np.floor(np.log10((high - low) / most))
+    steps = power * np.array([1.0, 2.0, 2.5, 5.0, 10.0, 20.0])
+    first, last = np.floor(low / steps + 1e-9), np.ceil(high / steps - 1e-9)
+    k = int(np.argmax(last - first <= most))
+    return Scale((first[k] * steps[k], last[k] * steps[k]), int(last[k] - first[k]))
 
 
 # How it is drawn
 
 
-def draw_sheet(plotter, shot, limits):
-    """The whole sheet from above, with its mesh faintly, and the scalar bar."""
+def draw_sheet(plotter, shot, scale):
+    """The whole sheet from above, and the scalar bar."""
     surface = shot.sheet.extract_surface(algorithm="dataset_surface")
     bar = {
-        "title": shot.label + "\n", "color": INK, "title_font_size": 26, "label_font_size": 22, "n_labels": 6,
-        "fmt": "%.3g",
-        "width": 0.5, "height": 0.06, "position_x": 0.25, "position_y": 0.04,
+        "title": shot.label + "\n", "color": INK, "title_font_size": 26, "label_font_size": 22,
+        "n_labels": scale.n_steps + 1, "fmt": "%.4g", "width": 0.5, "height": 0.06,
+        "position_x": 0.25, "position_y": 0.04,
     }  # fmt: skip
     plotter.add_mesh(
-        surface, scalars="shown", cmap=COLOURS, clim=limits, n_colors=24, scalar_bar_args=bar,
-        smooth_shading=True, split_sharp_edges=False, specular=0.25, specular_power=20, ambient=0.25,
+        surface, scalars="shown", cmap=COLOURS, clim=scale.limits, n_colors=4 * scale.n_steps,
+        scalar_bar_args=bar, smooth_shading=True, split_sharp_edges=False,
+        specular=0.25, specular_power=20, ambient=0.25,
     )  # fmt: skip
     edges = surface.extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
     plotter.add_mesh(edges, color=INK, line_width=2)
     look_from(plotter, surface, azimuth=-55.0, elevation=38.0, zoom=1.05)
 
 
-def draw_section(plotter, shot, limits):
+def draw_section(plotter, shot, scale):
     """Tools where they stand, cut open, the sheet between them."""
     import pyvista
 
     surface = shot.sheet.extract_surface(algorithm="dataset_surface")
-    origin = np.asarray(surface.center) + [
-        0.0,
-        1e-4 * surface.length,
-        0.0,
-    ]  # off the nodes on the plane of symmetry
+    # the cut lies a little beside the plane of symmetry, whose nodes would make it ragged
+    origin = np.asarray(surface.center) + [0.0, 1e-4 * surface.length, 0.0]
     for i, (name, tool) in enumerate(shot.tools.items()):
         colour = tool.field_data.get("color", TOOL_COLORS[i % len(TOOL_COLORS)])
         half, face = cut(tool, origin)
@@ -188,7 +206,13 @@ def draw_section(plotter, shot, limits):
             plotter.add_mesh(rim, color=mixed(colour, 0.4), line_width=2, lighting=False)
         place = (0.06 + 0.31 * (i % 3), 0.06 - 0.035 * (i // 3))
         plotter.add_text(name, position=place, viewport=True, font_size=12, color=mixed(colour, 0.62))
-    shown = {"scalars": "shown", "cmap": COLOURS, "clim": limits, "show_scalar_bar": False}
+    shown = {
+        "scalars": "shown",
+        "cmap": COLOURS,
+        "clim": scale.limits,
+        "n_colors": 4 * scale.n_steps,
+        "show_scalar_bar": False,
+    }
     plotter.add_mesh(surface.clip("-y", origin=origin), **shown)
     plotter.add_mesh(surface.slice("y", origin=origin), line_width=6, lighting=False, **shown)
     everything = pyvista.merge([*shot.tools.values()])
@@ -229,7 +253,7 @@ def draw_words(plotter, path, shot):
         name = report.read_summary(path.parent)["name"]
     except report.RunFolderError:
         name = path.stem
-    values = shot.sheet["shown"]
-    text = f"stroke {shot.stroke:.4g} mm; {shot.label} {values.min():.3g} to {values.max():.3g}"
+    low, high = shot.extremes
+    text = f"stroke {shot.stroke:.4g} mm; {shot.label} {low:.3g} to {high:.3g}"
     plotter.add_text(name, position=(0.03, 0.935), viewport=True, font_size=18, color=INK)
     plotter.add_text(text, position=(0.03, 0.895), viewport=True, font_size=12, color=INK)

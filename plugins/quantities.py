@@ -4,12 +4,13 @@ Each name below is a type for a pydantic field. A wrong value raises one line: w
 """
 
 import re
+from dataclasses import dataclass
 from functools import cache
 from math import isfinite
 from typing import Annotated
 
-from pydantic import BeforeValidator, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError, core_schema
 
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
 EXAMPLES = {"mm": "2.5 mm", "N": "19.6 kN", "MPa": "70 GPa"}
@@ -62,38 +63,51 @@ def converted(text, unit, kind, expected):
         raise wrong(shown(text), expected) from None
 
 
-def quantity(kind, unit=None, above=None, at_least=None, below=None):
-    """Type of a number with a unit. kind : "a length"; the limits are in `unit`."""
-    limits = [
-        f"{words} {limit:g}"
-        for words, limit in (("above", above), ("of at least", at_least), ("below", below))
-        if limit is not None
-    ]
-    example = f', such as "{EXAMPLES[unit]}"' if unit in EXAMPLES else ""
-    expected = (
-        " ".join([kind, " and ".join(limits), f"in {unit}{example}" if unit else ""])
-        .replace("  ", " ")
-        .strip()
-    )
+@dataclass(frozen=True)
+class Quantity:
+    """A number with a unit, for Annotated[float, Quantity("a length", "mm")]; limits are in `unit`."""
 
-    def check(value):
+    kind: str
+    unit: str | None = None
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+
+    @property
+    def expected(self):
+        """In words, for example: a length above 0 in mm, such as "2.5 mm"."""
+        limits = (("above", self.above), ("of at least", self.at_least), ("below", self.below))
+        words = [self.kind, " and ".join(f"{text} {limit:g}" for text, limit in limits if limit is not None)]
+        if self.unit:
+            words.append(f"in {self.unit}")
+        example = f', such as "{EXAMPLES[self.unit]}"' if self.unit else ""
+        return " ".join(word for word in words if word) + example
+
+    def check(self, value):
+        """The number in `unit`, of a number or a text with a unit."""
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-            raise wrong(shown(value), expected)
-        if isinstance(value, str) and unit is None:
-            raise wrong(shown(value), expected)
-        number = converted(value, unit, kind, expected) if isinstance(value, str) else float(value)
+            raise wrong(shown(value), self.expected)
+        if isinstance(value, str):
+            if self.unit is None:
+                raise wrong(shown(value), self.expected)
+            number = converted(value, self.unit, self.kind, self.expected)
+        else:
+            number = float(value)
         inside = (
             isfinite(number)
-            and (above is None or number > above)
-            and (at_least is None or number >= at_least)
-            and (below is None or number < below)
+            and (self.above is None or number > self.above)
+            and (self.at_least is None or number >= self.at_least)
+            and (self.below is None or number < self.below)
         )
         if not inside:
-            raise wrong(shown(value), expected)
+            raise wrong(shown(value), self.expected)
         return number
 
-    schema = {"type": ["number", "string"] if unit else "number", "description": expected}
-    return Annotated[float, BeforeValidator(check), WithJsonSchema(schema)]
+    def __get_pydantic_core_schema__(self, source, handler):
+        return core_schema.no_info_before_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        return {"type": ["number", "string"] if self.unit else "number", "description": self.expected}
 
 
 def _check_vector(value):
@@ -118,14 +132,14 @@ def _check_count(value):
     return value
 
 
-Length = quantity("a length", "mm")
-PositiveLength = quantity("a length", "mm", above=0.0)
-PositiveForce = quantity("a force", "N", above=0.0)
-Stress = quantity("a stress", "MPa")
-PositiveStress = quantity("a stress", "MPa", above=0.0)
-Number = quantity("a number")
-PositiveNumber = quantity("a number", above=0.0)
-Coefficient = quantity("a number", at_least=0.0)
+Length = Annotated[float, Quantity("a length", "mm")]
+PositiveLength = Annotated[float, Quantity("a length", "mm", above=0.0)]
+PositiveForce = Annotated[float, Quantity("a force", "N", above=0.0)]
+Stress = Annotated[float, Quantity("a stress", "MPa")]
+PositiveStress = Annotated[float, Quantity("a stress", "MPa", above=0.0)]
+Number = Annotated[float, Quantity("a number")]
+PositiveNumber = Annotated[float, Quantity("a number", above=0.0)]
+Coefficient = Annotated[float, Quantity("a number", at_least=0.0)]
 Direction = Annotated[tuple[float, float, float], BeforeValidator(_check_vector)]
 Name = Annotated[str, BeforeValidator(_check_name)]
 Count = Annotated[int, BeforeValidator(_check_count)]

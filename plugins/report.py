@@ -151,14 +151,17 @@ def compare(measured, history, units):
 
 def figures_table(summary):
     """The figures a run is judged by, as a rich table."""
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=summary["name"], title_justify="left", show_header=False, box=None, pad_edge=False)
+    table = Table(
+        title=escape(summary["name"]), title_justify="left", show_header=False, box=None, pad_edge=False
+    )
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
     for words, number, unit in figure_rows(summary["figures"]):
-        table.add_row(words, number, unit)
+        table.add_row(escape(words), number, unit)
     return table
 
 
@@ -179,21 +182,23 @@ def figure_rows(figures):
 
 
 def _words(name):
-    return name.replace("_", " ")
+    return name.replace("draw_in", "draw-in").replace("_", " ")
 
 
 def comparison_table(summary):
     """Computed beside measured values, as a rich table."""
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=f"Measured: {summary['source']}", title_justify="left")
+    caption = escape(f"measured: {summary['source']}")
+    table = Table(caption=caption, caption_justify="left")
     for heading in ("quantity", "stroke [mm]", "measured", "computed", "off"):
-        table.add_column(heading, justify="left" if heading == "quantity" else "right")
+        table.add_column(escape(heading), justify="left" if heading == "quantity" else "right")
     for row in summary["comparison"]:
         measured = f"{row['measured']:g}" + (f" ± {row['scatter']:g}" if row["scatter"] else "")
         computed, off = row["computed"], row["percent_off"]
         table.add_row(
-            _words(row["quantity"]) + (f" [{row['unit']}]" if row["unit"] else ""),
+            escape(_words(row["quantity"]) + (f" [{row['unit']}]" if row["unit"] else "")),
             f"{row['stroke']:g}",
             measured,
             "not reached"

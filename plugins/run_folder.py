@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from solver.errors import SceneError, StepFailed
 
 from . import report
+from .check_scene import tool_starts
 from .scene_file import SceneFile, SceneFileError
 
 FILES = ("result.pvd", "history.csv", "summary.json", "run.log", "checkpoint.h5")
@@ -41,6 +42,7 @@ def run_in_folder(path, folder, resume=False, console=None):
         )
     with console.status("reading the STEP file, meshing the blank"):
         scene = scene_file.build()
+        tool_starts(scene_file, scene)  # a wrong scene leaves an earlier run's files alone
     folder.mkdir(parents=True, exist_ok=True)
     if not resume:
         for name in FILES[1:]:
@@ -129,14 +131,15 @@ class ProgressLine:
     STEPS = 10  # plain lines in a run
 
     def __init__(self, console, scene):
-        self.console = console
-        self.total = sum(stage.stroke for stage in scene.stages)
-        self.several = len(scene.stages) > 1
+        self.console, self.scene = console, scene
+        total = sum(stage.stroke for stage in scene.stages)
+        travels = any(tool.travel is not None for stage in scene.stages for tool in stage.tools)
+        self.goal = f"{total:g} mm" if travels else f"{total:g} (load)"
         self.printed = -1
         self.bar = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(None),
-            TextColumn("{task.fields[text]}"),
+            TextColumn("{task.fields[text]}", markup=False),
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(),
@@ -145,8 +148,16 @@ class ProgressLine:
         )
 
     def __enter__(self):
+        mesh = self.scene.blank.mesh
+        self.console.print(
+            f"{self.scene.name}: {len(mesh.cells)} triangles, {len(mesh.points)} nodes "
+            "(a first run compiles its kernels for up to a minute)",
+            markup=False,
+            highlight=False,
+            soft_wrap=True,
+        )
         self.bar.start()
-        self.task = self.bar.add_task("first contact", total=1.0, text="")
+        self.task = self.bar.add_task("closing the tools", total=1.0, text="")
         return self
 
     def __exit__(self, *error):
@@ -155,7 +166,7 @@ class ProgressLine:
     def show(self, progress):
         """After each increment. progress : solver.Progress."""
         text = (
-            f"{progress.stroke:.2f} of {self.total:g} mm, increment {progress.increment}, "
+            f"{progress.stroke:.2f} of {self.goal}, increment {progress.increment}, "
             f"{progress.iterations} iterations, {progress.n_contacts} contact nodes"
         )
         if progress.n_cut_backs:

@@ -19,14 +19,15 @@ from .quantities import (
     PositiveLength,
     PositiveNumber,
     PositiveStress,
+    Quantity,
     Stress,
-    quantity,
     shown,
     wrong,
 )
 
-Poisson = quantity("a number", at_least=0.0, below=0.5)
-Anisotropy = quantity("an r-value", above=0.0)
+Poisson = Annotated[float, Quantity("a number", at_least=0.0, below=0.5)]
+Exponent = Annotated[float, Quantity("a number", at_least=0.0, below=1.0)]
+Anisotropy = Annotated[float, Quantity("an r-value", above=0.0)]
 
 
 class Table(BaseModel):
@@ -98,7 +99,10 @@ class RValues(Table):
 
     @property
     def mean(self):
-        return self.r if self.r is not None else (self.r0 + 2.0 * self.r45 + self.r90) / 4.0
+        if self.r is not None:
+            return self.r
+        assert self.r0 is not None and self.r45 is not None and self.r90 is not None  # _r_values saw to it
+        return (self.r0 + 2.0 * self.r45 + self.r90) / 4.0
 
 
 def _r_values(value):
@@ -123,7 +127,9 @@ def _locus(value):
 class SwiftKeys(Table):
     K: PositiveStress = Field(description="K in MPa of K (e0 + e)^n")
     e0: PositiveNumber = Field(description="e0 of K (e0 + e)^n")
-    n: quantity("a number", at_least=0.0, below=1.0) = Field(description="n of K (e0 + e)^n")
+    n: Annotated[float, Quantity("a number", at_least=0.0, below=1.0)] = Field(
+        description="n of K (e0 + e)^n"
+    )
 
 
 class LudwikKeys(Table):
@@ -211,7 +217,7 @@ class Material(Table):
 
 # Tools and stages
 
-Travel = quantity("a travel", "mm")
+Travel = Annotated[float, Quantity("a travel", "mm")]
 DUTIES = ("travel", "force", "gap")
 
 
@@ -269,7 +275,8 @@ def _options(description):
         if is_dataclass(default):
             made[item.name] = (_options(default), _options(default)())
         else:
-            made[item.name] = (Count if isinstance(default, int) else Coefficient, default)
+            kind = {float: Coefficient, int: Count}.get(type(default), type(default))
+            made[item.name] = (kind, default)
     return create_model(type(description).__name__ + "Options", __base__=Table, **made)
 
 
@@ -316,7 +323,7 @@ class SceneKeys(Table):
     material: Material = Field(description="a table [material] with young, poisson, locus and hardening")
     tools: dict[str, Tool] = {}
     stages: list[Stage] = []
-    implicit: ImplicitOptions = ImplicitOptions()
+    implicit: ImplicitOptions = ImplicitOptions()  # pyright: ignore[reportInvalidTypeForm]
     output: Output = Output()
     compare: Compare | None = None
 

@@ -205,10 +205,10 @@ def write_pvd(path, entries):
 def read_pvd(path):
     """Entries of a .pvd in its order. Raises ValueError where it is not one."""
     try:
-        sets = ET.parse(path).getroot().findall("Collection/DataSet")
+        sets = [one.attrib for one in ET.parse(path).getroot().findall("Collection/DataSet")]
         return [
-            Entry(float(s.get("timestep")), int(s.get("part", 0)), s.get("name", "sheet"), s.attrib["file"])
-            for s in sets
+            Entry(float(one["timestep"]), int(one.get("part", 0)), one.get("name", "sheet"), one["file"])
+            for one in sets
         ]
     except (ET.ParseError, TypeError, KeyError, ValueError) as error:
         raise ValueError(f"{path}: expected a .pvd collection of VTK files ({error})") from None

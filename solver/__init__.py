@@ -1,6 +1,11 @@
 """Arrays in, formed sheet out. Start reading at `solver/form.py`."""
 
-from .errors import SceneError, StepFailed
+import os
+
+# Idle threads sleep: a spinning one would hold up whoever shares the machine, and the run itself.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+from .errors import SceneError, StepFailed  # noqa: E402
 from .form import form
 from .implicit.method import Implicit, Increments, Newton
 from .materials.hardening import HockettSherby, Ludwik, Sum, Swift, Table, Voce

@@ -13,7 +13,8 @@ from .scene import AXES, Blank
 @dataclass(frozen=True)
 class Sheet:
     """points (n, 3) initial nodes [mm]; area (n,) tributary area of each node [mm^2]; held (n, 3) bool,
-    unknowns that symmetry or the blank's `fixed` groups keep in place; table: hardening curve."""
+    unknowns that symmetry or the blank's `fixed` groups keep in place; mirrored (n, 3) bool, those of symmetry
+    alone; table: hardening curve; size: median side of the triangles [mm]."""
 
     blank: Blank
     points: np.ndarray
@@ -22,6 +23,7 @@ class Sheet:
     table: np.ndarray
     area: np.ndarray
     held: np.ndarray
+    mirrored: np.ndarray
     size: float
 
     @property
@@ -47,7 +49,9 @@ def build_sheet(blank):
     held = np.zeros(points.shape, dtype=bool)
     for axis in blank.symmetry_planes:
         held[blank.nodes_of(f"symmetry_{axis}"), AXES.index(axis)] = True
+    mirrored = held.copy()
     for group, axes in blank.fixed.items():
         held[np.ix_(blank.nodes_of(group), [AXES.index(axis) for axis in axes])] = True
     pattern = build_pattern(cells, len(points))
-    return Sheet(blank, points, membranes, pattern, tabulate(blank.material.hardening), area, held, blank.mesh_size)
+    table = tabulate(blank.material.hardening)
+    return Sheet(blank, points, membranes, pattern, table, area, held, mirrored, blank.mesh_size)

@@ -2,8 +2,10 @@
 
 Symbols: N_I,a gradients of the linear shape functions in the element's initial axes (axis 1 is the
 rolling direction projected on the element); a_b = sum_I x_I N_I,b; C_ab = a_a . a_b; S second
-Piola-Kirchhoff stress; V = t0 A0 volume; n the element's normal at the start of the increment;
-M the torsion modulus tensor [MPa], which acts on the out-of-plane rotations n . du_,a of the increment.
+Piola-Kirchhoff stress; V = t0 A0 volume; n a normal fixed over the increment, smoothed over the neighbours;
+M the torsion modulus tensor [MPa], which acts on the element's rotations n . a_b out of the smooth surface.
+With the element's own normal at the start of the increment these are the paper's n . du_,b; the smooth
+normal leaves the same stiffness but lets no wave of the mesh's own length creep up over the increments.
 """
 
 from math import sqrt
@@ -74,25 +76,44 @@ def metrics(x, cells, gradients, metric):
 
 
 @njit(parallel=True, cache=True)
-def torsion_moduli(x, cells, gradients, s, floor, normal, modulus):
-    """Normals and torsion modulus tensors for the next increment.
-
-    x : (n, 3) and s : (m, 3) at its start; floor : T* [MPa]
-    fills normal (m, 3) unit; modulus (m, 3) = M11, M22, M12 = T* 1 + <-S>, the compressive part of the
-    stress: a sheet buckles out of plane under it, which its bending stiffness, absent in a membrane,
-    would prevent at the scale of an element
-    """
+def vector_areas(x, cells, slot_area):
+    """Fills slot_area (m, 3, 3) with the current vector area of each triangle, once per corner [mm^2]."""
     for tri in prange(cells.shape[0]):
-        a = np.empty((2, 3))
-        tangent_vectors(x, cells[tri], gradients[tri], a)
-        n0 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]
-        n1 = a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2]
-        n2 = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
-        size = sqrt(n0 * n0 + n1 * n1 + n2 * n2)
-        normal[tri, 0], normal[tri, 1], normal[tri, 2] = n0 / size, n1 / size, n2 / size
+        i, j, k = cells[tri]
+        for c in range(3):
+            c1, c2 = (c + 1) % 3, (c + 2) % 3
+            area = (x[j, c1] - x[i, c1]) * (x[k, c2] - x[i, c2]) - (x[j, c2] - x[i, c2]) * (x[k, c1] - x[i, c1])
+            for corner in range(3):
+                slot_area[tri, corner, c] = 0.5 * area
+
+
+@njit(parallel=True, cache=True)
+def smooth_normals(nodal, cells, normal):
+    """Fills normal (m, 3): mean of the unit normals of each triangle's nodes. nodal : (n, 3) vector areas"""
+    for tri in prange(cells.shape[0]):
+        mean = np.zeros(3)
+        for node in cells[tri]:
+            size = sqrt(nodal[node, 0] ** 2 + nodal[node, 1] ** 2 + nodal[node, 2] ** 2)
+            for c in range(3):
+                mean[c] += nodal[node, c] / size
+        size = sqrt(mean[0] ** 2 + mean[1] ** 2 + mean[2] ** 2)
+        for c in range(3):
+            normal[tri, c] = mean[c] / size
+
+
+@njit(parallel=True, cache=True)
+def torsion_moduli(s, floor, factor, modulus):
+    """Torsion modulus tensors for the next increment.
+
+    s : (m, 3) stress at its start; floor : T* [MPa]
+    fills modulus (m, 3) = M11, M22, M12 = T* 1 + factor <-S>, the compressive part of the stress: a sheet
+    buckles out of plane under it, which its bending stiffness, absent in a membrane, would prevent at
+    the scale of an element
+    """
+    for tri in prange(s.shape[0]):
         mean, half = 0.5 * (s[tri, 0] + s[tri, 1]), 0.5 * (s[tri, 0] - s[tri, 1])
         radius = sqrt(half * half + s[tri, 2] ** 2)
-        low, high = max(radius - mean, 0.0), max(-radius - mean, 0.0)  # compressive parts of both principal stresses
+        low, high = factor * max(radius - mean, 0.0), factor * max(-radius - mean, 0.0)
         centre, slope = 0.5 * (low + high), 0.0
         if radius > 0.0:
             slope = 0.5 * (high - low) / radius
@@ -102,23 +123,18 @@ def torsion_moduli(x, cells, gradients, s, floor, normal, modulus):
 
 
 @njit(parallel=True, cache=True)
-def internal_forces(x, x_old, cells, gradients, volume, s, normal, modulus, force):
+def internal_forces(x, cells, gradients, volume, s, normal, modulus, force):
     """Fills force (m, 3, 3): nodal forces of every triangle [N], membrane and torsion.
 
-    x, x_old : (n, 3) at the end and the start of the increment; s : (m, 3); normal, modulus : (m, 3)
+    x : (n, 3); s : (m, 3); normal, modulus : (m, 3), fixed over the increment
     """
     for tri in prange(cells.shape[0]):
         a = np.empty((2, 3))
         g = gradients[tri]
         nodes = cells[tri]
         tangent_vectors(x, nodes, g, a)
-        rot1 = rot2 = 0.0  # n . du_,1 and n . du_,2
-        for i in range(3):
-            lift = 0.0
-            for c in range(3):
-                lift += normal[tri, c] * (x[nodes[i], c] - x_old[nodes[i], c])
-            rot1 += g[i, 0] * lift
-            rot2 += g[i, 1] * lift
+        rot1 = normal[tri, 0] * a[0, 0] + normal[tri, 1] * a[0, 1] + normal[tri, 2] * a[0, 2]
+        rot2 = normal[tri, 0] * a[1, 0] + normal[tri, 1] * a[1, 1] + normal[tri, 2] * a[1, 2]
         m1 = modulus[tri, 0] * rot1 + modulus[tri, 2] * rot2
         m2 = modulus[tri, 2] * rot1 + modulus[tri, 1] * rot2
         for i in range(3):

@@ -12,7 +12,14 @@ import numpy as np
 from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.search import Neighbourhood
 from ..elements.assembly import gather_blocks, gather_forces
-from ..elements.membrane import internal_forces, metrics, stiffnesses, torsion_moduli
+from ..elements.membrane import (
+    internal_forces,
+    metrics,
+    smooth_normals,
+    stiffnesses,
+    torsion_moduli,
+    vector_areas,
+)
 from ..elements.pressure import pressure_forces
 from ..materials.planar_hill import update
 
@@ -50,6 +57,7 @@ class Equilibrium:
         self.driven = [run for run in tools if run.load > 0.0]
         n, m = len(sheet.points), len(sheet.membranes.cells)
         self.torsion = method.torsion * sheet.blank.material.initial_yield_stress
+        self.compression = method.compression
         self.normal, self.modulus = np.empty((m, 3)), np.empty((m, 3))
         self.half_thickness = np.empty(n)
         self.slot_load = np.empty((m, 3, 3))
@@ -63,13 +71,17 @@ class Equilibrium:
                 if distance is not None:
                     self.fixed[sheet.blank.nodes_of(group), axis] = True
 
-    def begin(self, old):
-        """Freeze what an increment takes from its start: normals, torsion moduli, thickness."""
-        membranes, sheet = self.sheet.membranes, old.sheet
-        torsion_moduli(
-            sheet.x, membranes.cells, membranes.gradients, sheet.second_stress, self.torsion, self.normal, self.modulus
-        )
-        self.half_thickness = 0.5 * self.sheet.nodal_thickness(sheet.thickness_strain)
+    def begin(self, old, new):
+        """Freeze what an increment takes from its start: torsion moduli and thickness from the old state, the
+        smooth normals from the new one's predicted positions."""
+        cells = self.sheet.membranes.cells
+        torsion_moduli(old.sheet.second_stress, self.torsion, self.compression, self.modulus)
+        vector_areas(new.sheet.x, cells, self.slot_force)
+        nodal = np.empty_like(new.sheet.x)
+        gather_forces(self.slot_force, self.sheet.pattern.node_first, self.sheet.pattern.node_slot, nodal)
+        nodal[self.sheet.mirrored] = 0.0
+        smooth_normals(nodal, cells, self.normal)
+        self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
 
     def evaluate(self, old, new, pressure, first=False):
         """Fill new from its positions and tool travels. Returns the residuals: nodes (n, 3), 0 where fixed,
@@ -89,7 +101,7 @@ class Equilibrium:
             sheet.stress, sheet.thickness_strain,
         )  # fmt: skip
         internal_forces(
-            sheet.x, old.sheet.x, cells, gradients, volume, sheet.second_stress, self.normal, self.modulus,
+            sheet.x, cells, gradients, volume, sheet.second_stress, self.normal, self.modulus,
             self.slot_force,
         )  # fmt: skip
         stiffnesses(

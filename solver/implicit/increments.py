@@ -71,9 +71,9 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         if not settle and place.fraction + 1.2 * width >= ahead:
             width = ahead - place.fraction
         fraction = ahead if place.fraction + width == ahead else place.fraction + width
-        equilibrium.begin(old)
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
+        equilibrium.begin(old, new)
         outcome = solve_increment(equilibrium, solver, old, new, fraction * stage.pressure, method, floor)
         trail = " ".join(f"{r:.1e}" for r in outcome.residuals)
         if not outcome.converged:

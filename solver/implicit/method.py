@@ -39,6 +39,7 @@ class Implicit:
     """Quasi-static Newton.
 
     torsion : T* relative to the initial yield stress (theory.md 2)
+    compression : share of a compressive stress that the torsion stabilisation holds up
     penalty : contact stiffness relative to E t / size^2 (theory.md 6)
     stick : tangential contact stiffness before slip, relative to E t / size^2 (theory.md 7)
     penetration : allowed overlap relative to the thickness; more is removed by augmentation
@@ -47,6 +48,7 @@ class Implicit:
     newton: Newton = field(default_factory=Newton)
     increments: Increments = field(default_factory=Increments)
     torsion: float = 0.01
+    compression: float = 4.0
     penalty: float = 10.0
-    stick: float = 0.1
+    stick: float = 0.3
     penetration: float = 1e-3

@@ -93,3 +93,4 @@ def test_a_blank_that_misses_the_die(command, capsys, scene, tmp_path):
     said = one_line([command, path, *out], capsys)
     assert said.startswith(f"cadlink: {path}: tool '")
     assert "never meets" in said or "misses" in said
+    assert not (tmp_path / "out").exists()

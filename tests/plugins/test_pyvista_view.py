@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from plugins.pyvista_view import draw_run, load, von_mises
+from plugins.pyvista_view import draw_run, load, round_scale, von_mises
 from plugins.report import RunFolderError
 
 
@@ -40,3 +40,18 @@ def test_a_field_or_run_that_does_not_exist(run_folder, tmp_path):
 def test_von_mises_of_simple_states():
     tension, shear = [100.0, 0, 0, 0, 0, 0], [0, 0, 0, 100.0, 0, 0]
     assert von_mises(np.array([tension, shear])) == pytest.approx([100.0, 100.0 * np.sqrt(3.0)])
+
+
+@pytest.mark.parametrize(
+    "values, limits, n_steps",
+    [
+        ([-15.2, 17.3], (-20.0, 20.0), 8),
+        ([0.637, 0.969], (0.6, 1.0), 8),
+        ([0.0, 10.0], (0.0, 10.0), 5),
+        ([3.0, 3.0], (2.4, 3.6), 6),
+    ],
+)
+def test_colours_end_on_round_numbers(values, limits, n_steps):
+    scale = round_scale(np.array(values))
+    assert scale.limits == pytest.approx(limits)
+    assert scale.n_steps == n_steps
