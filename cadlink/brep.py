@@ -76,6 +76,7 @@ def part_record(shape):
     BinTools.Write_s(shape, stream, False, False, version)
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
+    box.SetGap(0.0)
     corners = np.array([xyz(box.CornerMin()), xyz(box.CornerMax())])
     points, cells = tessellate(shape, faces, float(np.linalg.norm(corners[1] - corners[0])))
     solid = shape.ShapeType() == TopAbs_SOLID

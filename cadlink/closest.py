@@ -102,7 +102,7 @@ def try_leaf(leaf, patch, face, pieces, ctrl, p, best, s, t, work):
         else:
             a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
             b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
-        a, b, q, f, free = patch_foot(patch, ctrl, p, a, b, work)
+        a, b, q, f, free, _ = patch_foot(patch, ctrl, p, a, b, work)
         h = sqrt(f)
         if not free or h >= min(best, distance):
             continue
@@ -347,9 +347,9 @@ def continued(skin, number, u, v, p, foot, slack, work):
     reach = 5e-3 * sqrt(dot(m, m)) + 10.0 * slack + 1e-6
     if face.form == PATCHES:
         patch, s, t = patch_at(face, skin.patches, skin.breaks, u, v)
-        s, t, q, _, _ = patch_foot(skin.patches[patch], skin.ctrl, p, s, t, work)
+        s, t, q, _, _, pull = patch_foot(skin.patches[patch], skin.ctrl, p, s, t, work)
         m = minus(q, foot)
-        return dot(m, m) <= reach * reach, patch, s, t, q
+        return dot(m, m) <= reach * reach and pull <= reach, patch, s, t, q
     for branch in range(2):
         exists, a, b, q = foot_on_form(face, p, branch)
         m = minus(q, foot)

@@ -245,5 +245,6 @@ def inner_breaks(adaptor, letter, first, last):
     found = TColStd_Array1OfReal(1, n + 1)
     getattr(adaptor, f"{letter}Intervals")(found, GeomAbs_Shape.GeomAbs_CN)
     inner = [found.Value(i) for i in range(1, n + 2)]
-    inner = [t for t in inner if first < t < last]
+    tiny = 1e-9 * (last - first)
+    inner = [t for t in inner if first + tiny < t < last - tiny]
     return np.array([first, *inner, last])

@@ -199,8 +199,8 @@ def newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2):
 def patch_foot(patch, ctrl, point, s, t, work):
     """Minimum of the distance to one patch, downhill from (s, t).
 
-    returns : s, t, foot, distance^2, and whether it may be an interior foot: False where the
-        distance still falls across a side that ends the whole surface
+    returns : s, t, foot, distance^2; whether it may be an interior foot: False where the distance
+        still falls across a side that ends the whole surface; and the pull across any side [mm]
     """
     f, ds, dt, size1, size2 = np.inf, 0.0, 0.0, 0.0, 0.0
     foot = r = d_s = d_t = (0.0, 0.0, 0.0)
@@ -225,17 +225,25 @@ def patch_foot(patch, ctrl, point, s, t, work):
         size1, size2 = sqrt(a11), sqrt(a22)
         if abs(clamped(s + ds) - s) * size1 + abs(clamped(t + dt) - t) * size2 < 1e-13:
             break
-    # A side of the whole surface that holds the foot back belongs to an edge, not to the face.
-    free = True
+    # How hard each side of the square holds the foot back, as a length along the surface.
     g1, g2 = dot(r, d_s), dot(r, d_t)
-    size1, size2 = sqrt(dot(d_s, d_s)), sqrt(dot(d_t, d_t))
+    size1, size2 = max(sqrt(dot(d_s, d_s)), 1e-300), max(sqrt(dot(d_t, d_t)), 1e-300)
     slack = 1e-8 * sqrt(f) + 1e-11
-    natural = patch.natural
-    if (s <= 0.0 and natural[0] and g1 > slack * size1) or (s >= 1.0 and natural[1] and -g1 > slack * size1):
-        free = False
-    if (t <= 0.0 and natural[2] and g2 > slack * size2) or (t >= 1.0 and natural[3] and -g2 > slack * size2):
-        free = False
-    return s, t, foot, f, free
+    pull, free = 0.0, True
+    for side in range(4):
+        if side == 0:
+            held = g1 / size1 if s <= 0.0 else 0.0
+        elif side == 1:
+            held = -g1 / size1 if s >= 1.0 else 0.0
+        elif side == 2:
+            held = g2 / size2 if t <= 0.0 else 0.0
+        else:
+            held = -g2 / size2 if t >= 1.0 else 0.0
+        pull = max(pull, held)
+        # A side of the whole surface that does so belongs to an edge, not to the face.
+        if held > slack and patch.natural[side]:
+            free = False
+    return s, t, foot, f, free, pull
 
 
 @njit

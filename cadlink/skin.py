@@ -273,12 +273,13 @@ def pack_vertices(record, renumber):
     vertices = np.zeros(n, VERTEX)
     vertices["point"], vertices["slack"] = record["vertices"], record["vertex_gaps"] + 2.0 * TIE
     vertices["smooth"], vertices["face"] = 1, -1
-    seen = [None] * n
+    seen, around = [None] * n, np.zeros(n)
     for number, old_face, weighted, angle, uv in record["corners"]:
         face, vertex = renumber[old_face], vertices[number]
         if face < 0:
             continue
         vertex["normal"] += weighted
+        around[number] += angle
         if vertex["face"] < 0:
             vertex["face"], vertex["uv"] = face, uv
         size = np.linalg.norm(weighted)
@@ -292,6 +293,8 @@ def pack_vertices(record, renumber):
         turn = np.linalg.norm(np.cross(unit, seen[number]))
         if turn > SMOOTH or unit @ seen[number] < 0.0:
             vertex["smooth"] = 0
+    # Faces that do not go all the way round leave a free edge.
+    vertices["smooth"] &= around > 2.0 * np.pi - 0.1
     size = np.linalg.norm(vertices["normal"], axis=1, keepdims=True)
     vertices["normal"] /= np.where(size > 0.0, size, 1.0)
     return vertices[vertices["face"] >= 0]

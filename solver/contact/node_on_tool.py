@@ -4,7 +4,8 @@ seed Eq. 7-13).
 Forces and stiffnesses are per node (pressure times tributary area). Symbols: d signed distance of the node
 to the tool, n the tool's normal, h its Hessian hess d = sum kappa/(1 + kappa d) e e^T; g = d - t/2 gap;
 kn, kt normal and tangential stiffness [N/mm]; lam multiplier of the augmented Lagrangian [N];
-N = <lam - kn g> normal force, tau friction force on the sheet, du displacement of the node relative to the
+N = <lam - kn g> normal force, with <> rounded over a skin of a small part of the thickness (one quadratic
+piece) so that its slope is continuous; tau friction force on the sheet, du displacement of the node relative to the
 tool over the increment. tau is carried from the old normal to the new one by the smallest rotation
 that takes one to the other, then trial = R tau_old - kt (1 - n n^T) du, kept inside the circle mu N.
 """
@@ -35,12 +36,22 @@ def dot(a, b):
 
 
 @njit(forceinline=True)
-def node_force(gap, n, h, lam, kn, kt, mu, tau_old, n_old, du, held, tau, stiffness):
+def normal_law(trial, band, held):
+    """Normal force and its slope for trial = lam - kn g: the positive part, rounded where |trial| < band.
+    held : the node may pull at its tool."""
+    if trial >= band:
+        return trial, 1.0
+    if trial <= -band:
+        return (trial + band, 1.0) if held else (0.0, 0.0)
+    return (trial + band) ** 2 / (4.0 * band), 0.5 * (trial + band) / band
+
+
+@njit(forceinline=True)
+def node_force(gap, n, h, lam, kn, kt, mu, skin, tau_old, n_old, du, held, tau, stiffness):
     """Force of one touching node. Fills tau (3,) and stiffness (3, 3) = - d(N n + tau)/dx; returns N and
     the state. held : the node may pull at its tool."""
-    normal_force = lam - kn * gap
-    if not held:
-        normal_force = max(normal_force, 0.0)
+    normal_force, slope = normal_law(lam - kn * gap, kn * skin, held)
+    kn = slope * kn
     for i in range(3):
         for j in range(3):
             stiffness[i, j] = kn * n[i] * n[j] - normal_force * h[i, j]
@@ -80,7 +91,7 @@ def node_force(gap, n, h, lam, kn, kt, mu, tau_old, n_old, du, held, tau, stiffn
     elif size > 0.0:
         for j in range(3):
             along = (trial[0] * dtrial[0, j] + trial[1] * dtrial[1, j] + trial[2] * dtrial[2, j]) / (size * size)
-            dn = -mu * kn * n[j] / size if normal_force > 0.0 else 0.0
+            dn = -mu * kn * n[j] / size if limit > 0.0 else 0.0
             for i in range(3):
                 stiffness[i, j] -= factor * (dtrial[i, j] - trial[i] * along) + trial[i] * dn
     return normal_force, state
@@ -88,23 +99,24 @@ def node_force(gap, n, h, lam, kn, kt, mu, tau_old, n_old, du, held, tau, stiffn
 
 @njit(parallel=True, cache=True)
 def contact_forces(
-    near, distance, normal, curvature, direction, half_thickness, first, lam, kn, kt, mu,
+    near, distance, normal, curvature, direction, half_thickness, skin, first, lam, kn, kt, mu,
     tau_old, n_old, state_old, x, x_old, move, force, stiffness, normal_force, tau, n_new, gap, state,
 ):  # fmt: skip
     """Adds the contact forces of one tool.
 
     near : (k,) node ids; distance (k,), normal (k, 3), curvature (k, 2), direction (k, 3) of their projection
     half_thickness (n,), lam (n,), kn (n,), kt (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
-    first : at an increment's first evaluation the nodes that touched before still do, and so do those within a
-    gap of `first` [mm], so that the tangent knows them; 0 later; x, x_old (n, 3); move (3,) of the tool over the increment
+    skin : half the width of the gap over which the force sets in [mm]
+    first : at an increment's first evaluation the nodes that touched before still do, so that the tangent
+    knows them; x, x_old (n, 3); move (3,) of the tool over the increment
     adds to force (n, 3) [N]; fills stiffness (n, 3, 3) [N/mm], normal_force (n,), tau (n, 3), n_new (n, 3), gap (n,),
     state (n,) of the near nodes
     """
     for k in prange(near.shape[0]):
         node = near[k]
         gap[node] = distance[k] - half_thickness[node]
-        held = first > 0.0 and state_old[node] != OPEN
-        if not held and lam[node] - kn[node] * gap[node] <= -kn[node] * first:
+        held = first and state_old[node] != OPEN
+        if not held and lam[node] - kn[node] * gap[node] <= -kn[node] * skin:
             continue
         h = np.empty((3, 3))
         du = np.empty(3)
@@ -115,7 +127,7 @@ def contact_forces(
             # A new contact has no old normal, and no friction force to carry.
             n_start[c] = normal[k, c] if state_old[node] == OPEN else n_old[node, c]
         normal_force[node], state[node] = node_force(
-            gap[node], normal[k], h, lam[node], kn[node], kt[node], mu, tau_old[node], n_start, du, held,
+            gap[node], normal[k], h, lam[node], kn[node], kt[node], mu, skin, tau_old[node], n_start, du, held,
             tau[node], stiffness[node],
         )  # fmt: skip
         for c in range(3):

@@ -23,7 +23,6 @@ from ..elements.membrane import (
 from ..elements.pressure import pressure_forces
 from ..materials.planar_hill import update
 
-TOUCH = 1e-6  # gap relative to the thickness up to which a node counts as touching
 
 
 class ToolRun(NamedTuple):
@@ -58,6 +57,7 @@ class Equilibrium:
         n, m = len(sheet.points), len(sheet.membranes.cells)
         self.torsion = method.torsion * sheet.blank.material.initial_yield_stress
         self.compression = method.compression
+        self.skin = method.skin * sheet.blank.thickness
         self.normal, self.modulus = np.empty((m, 3)), np.empty((m, 3))
         self.half_thickness = np.empty(n)
         self.slot_load = np.empty((m, 3, 3))
@@ -87,10 +87,10 @@ class Equilibrium:
         """Fill new from its positions and tool travels. Returns the residuals: nodes (n, 3), 0 where fixed,
         driven tools (k,), and the scale of the forces in play, all [N].
 
-        The first evaluation of an increment remembers who touched: those nodes, and those that lie on a tool
-        without force, enter the tangent, even where the sheet has thinned away from the tool meanwhile.
+        The first evaluation of an increment remembers who touched: those nodes enter the tangent even where the
+        sheet has thinned away from the tool meanwhile.
         """
-        self.touch = TOUCH * self.sheet.blank.thickness if first else 0.0
+        self.first = first
         membranes, material, sheet = self.sheet.membranes, self.sheet.blank.material, new.sheet
         pattern = self.sheet.pattern
         cells, gradients, volume = membranes.cells, membranes.gradients, membranes.volume
@@ -127,14 +127,14 @@ class Equilibrium:
         blocks[:] = 0.0
         after.normal_force[:], after.friction_force[:], after.status[:] = 0.0, 0.0, OPEN
         slack = np.divide(after.multiplier, run.kn)
-        reach = self.half_thickness + slack + self.touch
-        if self.touch > 0.0:
+        reach = self.half_thickness + slack + self.skin
+        if self.first:
             reach[before.status != OPEN] = np.inf
         near, hit = run.neighbourhood.project(new.sheet.x - after.travel * run.axis, reach)
         after.gap[:] = run.neighbourhood.distance - self.half_thickness
         before_contact = self.contact.sum(axis=0)
         contact_forces(
-            near, hit.distance, hit.normal, hit.curvature, hit.direction, self.half_thickness, self.touch,
+            near, hit.distance, hit.normal, hit.curvature, hit.direction, self.half_thickness, self.skin, self.first,
             after.multiplier, run.kn, run.kt, run.tool.mu, before.friction_force, before.normal, before.status,
             new.sheet.x, old.sheet.x, (after.travel - before.travel) * run.axis,
             self.contact, blocks, after.normal_force, after.friction_force, after.normal, after.gap, after.status,

@@ -42,13 +42,15 @@ class Implicit:
     compression : share of a compressive stress that the torsion stabilisation holds up
     penalty : contact stiffness relative to E t / size^2 (theory.md 6)
     stick : tangential contact stiffness before slip, relative to E t / size^2 (theory.md 7)
+    skin : gap below which the contact force sets in, relative to the thickness
     penetration : allowed overlap relative to the thickness; more is removed by augmentation
     """
 
     newton: Newton = field(default_factory=Newton)
     increments: Increments = field(default_factory=Increments)
     torsion: float = 0.01
-    compression: float = 4.0
+    compression: float = 1.0
     penalty: float = 10.0
     stick: float = 0.3
+    skin: float = 1e-3
     penetration: float = 1e-3

@@ -9,6 +9,7 @@ from ..contact.node_on_tool import OPEN
 LINE_SEARCHES = 4
 ACCEPT = 0.8  # share of the starting energy slope below which a step is taken as it is
 AUGMENTATIONS = 10
+LONGEST = 0.5  # movement of a node in one iteration, relative to the mesh size
 
 
 @dataclass
@@ -83,12 +84,12 @@ def iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out):
             out.reason = "the tangent is singular"
             return
         out.iterations += 1
-        # No node moves by more than half an element at once.
+        # No node moves by more than a part of an element at once.
         longest = max(np.abs(dx).max(), np.abs(dw).max(initial=0.0))
         if not np.isfinite(longest):
             out.reason = "the correction is not a number"
             return
-        cap = min(1.0, 0.5 * size / longest) if longest > 0.0 else 1.0
+        cap = min(1.0, LONGEST * size / longest) if longest > 0.0 else 1.0
         dx, dw = cap * dx, cap * dw
         start = new.sheet.x.copy(), [c.travel.copy() for c in driven]
         slope = np.sum(dx * residual) + dw @ balance

@@ -16,7 +16,8 @@ from cadlink.brep import part_record
 from cadlink.step import Part
 
 Comparison = namedtuple(
-    "Comparison", "n away_error near_error n_near occ_missed unexplained wrong_side undecided"
+    "Comparison",
+    "n away_error near_error n_near occ_missed unexplained wrong_side occ_wrong_side undecided",
 )
 
 
@@ -60,6 +61,24 @@ def sides(shape, points):
     return found
 
 
+def winding(part, points):
+    """How often the triangles of a part go round each point: 1 inside, 0 outside.
+
+    A judge between kernel and classifier where they differ, independent of both (van Oosterom &
+    Strackee 1983); good for points farther from the skin than the triangles are.
+    """
+    p, cells = part.triangles()
+    found = np.empty(len(points))
+    for i, q in enumerate(points):
+        a, b, c = (p[cells[:, k]] - q for k in range(3))
+        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+        ab, bc, ca = (np.einsum("ij,ij->i", x, y) for x, y in ((a, b), (b, c), (c, a)))
+        solid_angle = 2.0 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb)
+        found[i] = solid_angle.sum() / (4.0 * np.pi)
+    return found
+
+
 def points_around(surface, box, n, seed=0):
     """n points: half anywhere in the box and a quarter beyond, half within 2 % of the skin."""
     rng = np.random.default_rng(seed)
@@ -80,6 +99,8 @@ def compare(part, n, seed=0):
     near_error    largest difference where either foot lies on an edge or vertex
     occ_missed    points where the kernel's foot is nearer than OpenCASCADE's by more than the
                   bound, and OpenCASCADE itself says that this foot lies on the skin
+    occ_wrong_side   points where the classifier contradicts the kernel and the winding number of
+                  the triangles contradicts the classifier
     unexplained   points outside the bounds (1e-9 mm away from edges, plus the file's gap near
                   them) that are not such misses
     """
@@ -101,11 +122,18 @@ def compare(part, n, seed=0):
     explained[missed] = True
     unexplained = points[outside & ~explained]
     error[explained] = 0.0
-    wrong, undecided = points[:0], 0
+    wrong, occ_wrong, undecided = points[:0], 0, 0
     if part.solid:
         side = sides(shape, points)
-        wrong = points[(side != 0.0) & (np.sign(hit.distance) != side) & (truth > bound)]
+        differ = (side != 0.0) & (np.sign(hit.distance) != side) & (truth > bound)
+        wrong = points[differ]
         undecided = int((side == 0.0).sum())
+        if len(wrong):
+            chord = 2e-3 * np.linalg.norm(np.ptp(part.bounding_box, axis=0))
+            inside = winding(part, wrong) > 0.5
+            clear = truth[differ] > chord
+            kernel_right = clear & (inside == (hit.distance[differ] < 0.0))
+            wrong, occ_wrong = wrong[~kernel_right], int(kernel_right.sum())
     return Comparison(
         n,
         float(np.abs(error[away]).max(initial=0.0)),
@@ -114,5 +142,6 @@ def compare(part, n, seed=0):
         len(missed),
         unexplained,
         wrong,
+        occ_wrong,
         undecided,
     )

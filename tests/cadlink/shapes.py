@@ -199,7 +199,7 @@ def bezier_face():
     return face_on(Geom_BezierSurface(poles))
 
 
-def offset_face(distance=-1.5):
+def offset_face(distance=0.3):
     return face_on(Geom_OffsetSurface(bumpy_surface(), distance))
 
 
@@ -309,3 +309,13 @@ SHELLS = {
     "crease": creased_face,
     "plane": plane_face,
 }
+
+
+def upright_cylinder():
+    return BRepPrimAPI_MakeCylinder(6.0, 12.0).Solid()
+
+
+def l_profile_sharp():
+    legs = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), 10.0, 6.0, 2.0).Solid()
+    up = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), 2.0, 6.0, 8.0).Solid()
+    return solid_in(BRepAlgoAPI_Fuse(legs, up).Shape())
