@@ -19,6 +19,7 @@ import numpy as np
 from cadlink.errors import CadError, UnknownPart
 
 TIMEOUT = 300.0  # s
+READER = "cadlink.brep"
 
 
 class Plane(NamedTuple):
@@ -197,7 +198,7 @@ def read_in_child(path, timeout):
     environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH", "")) if p)
     with tempfile.TemporaryDirectory(prefix="cadlink-") as folder:
         out = os.path.join(folder, "parts.pickle")
-        command = [sys.executable, "-m", "cadlink.brep", str(path.resolve()), out]
+        command = [sys.executable, "-m", READER, str(path.resolve()), out]
         try:
             child = subprocess.run(
                 command,

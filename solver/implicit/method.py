@@ -50,7 +50,7 @@ class Implicit:
     increments: Increments = field(default_factory=Increments)
     torsion: float = 0.01
     compression: float = 1.0
-    penalty: float = 10.0
-    stick: float = 0.3
-    skin: float = 1e-3
+    penalty: float = 3.0
+    stick: float = 0.03
+    skin: float = 3e-3
     penetration: float = 1e-3

@@ -9,7 +9,7 @@ from ..contact.node_on_tool import OPEN
 LINE_SEARCHES = 4
 ACCEPT = 0.8  # share of the starting energy slope below which a step is taken as it is
 AUGMENTATIONS = 10
-LONGEST = 0.5  # movement of a node in one iteration, relative to the mesh size
+LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
 @dataclass
