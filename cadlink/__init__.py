@@ -14,16 +14,24 @@ _HOME = {
     "Projection": "cadlink.surface",
     "mesh_blank": "cadlink.blank",
     "Mesh": "cadlink.blank",
+    "Rectangle": "cadlink.outline",
+    "Disc": "cadlink.outline",
+    "Polygon": "cadlink.outline",
+    "blank_outline": "cadlink.plate",
     "CadError": "cadlink.errors",
 }
 
 __all__ = [
     "Assembly",
     "CadError",
+    "Disc",
     "Mesh",
     "Part",
+    "Polygon",
     "Projection",
+    "Rectangle",
     "ToolSurface",
+    "blank_outline",
     "mesh_blank",
     "read_step",
 ]

@@ -44,15 +44,13 @@ def read_parts(path, part_record):
     shapes.GetFreeShapes(roots)
     found = []
     for i in range(1, roots.Length() + 1):
-        collect(roots.Value(i), TopLoc_Location(), None, colors, found)
+        collect(roots.Value(i), TopLoc_Location(), "", None, colors, found)
     if not found:
         return {"error": "found no face in it, expected solids, shells or faces"}
     names = distinct([name for name, _, _ in found])
     return {
         "unit": unit,
-        "parts": [
-            (name, color, part_record(shape)) for name, (_, color, shape) in zip(names, found, strict=True)
-        ],
+        "parts": [(name, color, part_record(shape)) for name, (_, color, shape) in zip(names, found, strict=True)],
     }
 
 
@@ -66,8 +64,11 @@ def source_unit(reader: STEPControl_Reader):
     return UNITS.get(found[0], found[0])
 
 
-def collect(label, place, color, colors, found):
-    """Append (name, colour, placed shape) of every solid, free shell and free face below a label."""
+def collect(label, place, name, color, colors, found):
+    """Append (name, colour, placed shape) of every solid, free shell and free face below a label.
+
+    The name is the product's, or the nearest one above it; an instance's own name is only an id.
+    """
     color = label_color(label, colors) or color
     if XCAFDoc_ShapeTool.IsReference_s(label):
         place = place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(label))
@@ -75,21 +76,22 @@ def collect(label, place, color, colors, found):
         XCAFDoc_ShapeTool.GetReferredShape_s(label, product)
         label = product
         color = color or label_color(label, colors)
+    name = label_name(label) or name
     if XCAFDoc_ShapeTool.IsAssembly_s(label):
         parts = TDF_LabelSequence()
         XCAFDoc_ShapeTool.GetComponents_s(label, parts)
         for i in range(1, parts.Length() + 1):
-            collect(parts.Value(i), place, color, colors, found)
+            collect(parts.Value(i), place, name, color, colors, found)
         return
     shape = XCAFDoc_ShapeTool.GetShape_s(label)
     bodies = bodies_of(shape)
     own_names = sub_shape_names(label)
     for body in bodies:
-        name = label_name(label)
+        called = name
         if len(bodies) > 1:
-            name = next((n for s, n in own_names if s.IsSame(body)), name)
+            called = next((n for s, n in own_names if s.IsSame(body)), name)
         own = shape_color(body, colors) or color or face_color(body, colors)
-        found.append((name, own, body.Moved(place)))
+        found.append((called, own, body.Moved(place)))
 
 
 def bodies_of(shape):

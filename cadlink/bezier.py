@@ -106,10 +106,9 @@ def span_matrices(knots, degree):
             d = np.eye(degree + 1)
             for r in range(1, degree + 1):
                 t = a if r <= degree - i else b
-                for j in range(degree, r - 1, -1):
-                    lo, hi = knots[k - degree + j], knots[k + 1 + j - r]
-                    x = (t - lo) / (hi - lo)
-                    d[j] = (1.0 - x) * d[j - 1] + x * d[j]
+                lo, hi = knots[k - degree + r : k + 1], knots[k + 1 : k + 2 + degree - r]
+                x = ((t - lo) / (hi - lo))[:, None]
+                d[r:] = (1.0 - x) * d[r - 1 : -1] + x * d[r:]
             rows.append(d[degree].copy())
         spans.append((a, b, k - degree, np.array(rows)))
     return spans

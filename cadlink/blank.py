@@ -59,9 +59,7 @@ class Mesh:
         return 0.5 * np.cross(first, second) @ self.normal
 
 
-def mesh_blank(
-    outline, size, *, arrangement="unstructured", shape="triangle", symmetry=(), z=None, timeout=120.0
-):
+def mesh_blank(outline, size, *, arrangement="unstructured", shape="triangle", symmetry=(), z=None, timeout=120.0):
     """A flat blank as a mesh, ready to be formed.
 
     outline : Rectangle, Disc, Polygon; or a Part (or FaceOutline) that is a plate or a planar face.
@@ -81,9 +79,7 @@ def mesh_blank(
     cuts = _half_planes(symmetry, frame.axes)
     expected = outline.area / size**2 / 2 ** len(cuts) * (2.0 if shape == "triangle" else 1.0)
     if expected > MOST_CELLS:
-        raise CadError(
-            f"mesh_blank size: {size:g} mm makes {expected:.0e} cells; expected at most {MOST_CELLS:.0e}"
-        )
+        raise CadError(f"mesh_blank size: {size:g} mm makes {expected:.0e} cells; expected at most {MOST_CELLS:.0e}")
 
     if arrangement == "structured":
         xy, cells, loops = _structured(outline, size, shape, cuts)
@@ -162,9 +158,7 @@ def _structured(outline, size, shape, cuts):
     simple = outline.simple if isinstance(outline, FaceOutline) else outline
     along_axes = all(np.abs(direction).max() == 1.0 for direction in cuts.values())
     if simple is None or isinstance(simple, Polygon) or not along_axes:
-        raise CadError(
-            "mesh_blank arrangement: only rectangles, discs and rings can be 'structured', along their axes"
-        )
+        raise CadError("mesh_blank arrangement: only rectangles, discs and rings can be 'structured', along their axes")
     kept = {int(np.argmax(np.abs(direction))): name for name, direction in cuts.items()}
     build = _structured_rectangle if isinstance(simple, Rectangle) else _structured_disc
     points, quads = build(simple, size, kept)
@@ -185,9 +179,7 @@ def _structured_rectangle(rectangle, size, kept):
     for axis, name in kept.items():
         low, high = bounds[2 * axis : 2 * axis + 2]
         length = high - low
-        _check_halves(
-            name, max(high, 0.0) / length if low < -ON_PLANE * length else 1.0, low > ON_PLANE * length
-        )
+        _check_halves(name, max(high, 0.0) / length if low < -ON_PLANE * length else 1.0, low > ON_PLANE * length)
         bounds[2 * axis] = 0.0
     return lattice_rectangle(*bounds, size)
 
@@ -204,9 +196,7 @@ def _structured_disc(disc, size, kept):
     hole = disc.holes[0]
     ring = len(disc.holes) == 1 and isinstance(hole, Disc)
     if not ring or np.hypot(*(centre - hole.center)) > ON_PLANE * disc.radius:
-        raise CadError(
-            "mesh_blank arrangement: of discs with holes only concentric rings can be 'structured'"
-        )
+        raise CadError("mesh_blank arrangement: of discs with holes only concentric rings can be 'structured'")
     first, last = {(): (0, 2), (0,): (-0.5, 0.5), (1,): (0, 1)}.get(tuple(kept), (0, 0.5))
     points, quads = lattice_ring(hole.radius, disc.radius, first * pi, last * pi, size)
     return points + centre, quads

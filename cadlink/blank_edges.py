@@ -53,9 +53,7 @@ def edge_groups(xy, cells, planes, loops, center):
     groups["rim"] = _joined(of_loop.pop(0, []), xy)
     holes = [_joined(chains, xy) for chains in of_loop.values()]
     digits = 9 - int(np.ceil(np.log10(np.ptp(xy, axis=0).max())))
-    holes.sort(
-        key=lambda nodes: tuple(np.round(0.5 * (xy[nodes].min(axis=0) + xy[nodes].max(axis=0)), digits))
-    )
+    holes.sort(key=lambda nodes: tuple(np.round(0.5 * (xy[nodes].min(axis=0) + xy[nodes].max(axis=0)), digits)))
     groups |= {f"hole-{k}": nodes for k, nodes in enumerate(holes, 1)}
 
     distance = np.hypot(*(xy - np.array(center)).T)

@@ -35,9 +35,7 @@ def main(folder):
         else:
             place_node(face, job["center"])
             points, cells = mesh(job["size"], job["shape"])
-        np.savez(
-            folder / "mesh.npz", points=points, cells=cells, samples=samples, loop=loop_of_curve, areas=areas
-        )
+        np.savez(folder / "mesh.npz", points=points, cells=cells, samples=samples, loop=loop_of_curve, areas=areas)
     except Exception as error:  # gmsh raises plain Exception
         print(" ".join(str(error).split()), file=sys.stderr)
         return 1

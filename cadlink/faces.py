@@ -144,10 +144,7 @@ def spline_grid(surface):
     for _, _, i, m in u_spans:
         row = np.tensordot(m, net[i : i + len(m)], axes=(1, 0))
         patches.append(
-            [
-                np.moveaxis(np.tensordot(k, row[:, j : j + len(k)], axes=(1, 1)), 0, 1)
-                for _, _, j, k in v_spans
-            ]
+            [np.moveaxis(np.tensordot(k, row[:, j : j + len(k)], axes=(1, 1)), 0, 1) for _, _, j, k in v_spans]
         )
     u_arcs = np.array([[a, b, LINEAR] for a, b, _, _ in u_spans])
     v_arcs = np.array([[a, b, LINEAR] for a, b, _, _ in v_spans])

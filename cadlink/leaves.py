@@ -17,7 +17,7 @@ from cadlink.trim import inside
 
 TURN = 0.3  # rad
 LEVELS = 16  # halvings at most
-SAFETY = 1.5  # on curvatures sampled at nine points of a leaf
+SAFETY = 1.5  # on curvatures sampled at more points of a leaf than its degree has waves
 
 
 # Part of a patch.
@@ -146,10 +146,7 @@ def classify(patches, faces, pieces, ctrl, ids, rects, part):
                     low = min(piece.ends[1], piece.ends[3])
                     high = max(piece.ends[1], piece.ends[3])
                     touched |= (
-                        piece.reach[0] <= u1 + du
-                        and piece.reach[1] >= u0 + du
-                        and low <= v1 + dv
-                        and high >= v0 + dv
+                        piece.reach[0] <= u1 + du and piece.reach[1] >= u0 + du and low <= v1 + dv and high >= v0 + dv
                     )
         if touched:
             part[k] = 1
@@ -164,22 +161,25 @@ def measure_leaves(patches, ctrl, leaves):
     for k in range(len(leaves)):
         leaf = leaves[k]
         patch = patches[leaf.patch]
-        for i in range(3):
-            for j in range(3):
-                s = leaf.rect[0] + (leaf.rect[1] - leaf.rect[0]) * (0.5 * i * 0.998 + 0.001)
-                t = leaf.rect[2] + (leaf.rect[3] - leaf.rect[2]) * (0.5 * j * 0.998 + 0.001)
-                n, k1, k2, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
+        s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
+        n_s, n_t = max(4, patch.degree[0] + 3), max(4, patch.degree[1] + 3)
+        for i in range(n_s):
+            for j in range(n_t):
+                s = s0 + (s1 - s0) * (0.001 + 0.998 * i / (n_s - 1.0))
+                t = t0 + (t1 - t0) * (0.001 + 0.998 * j / (n_t - 1.0))
+                _, k1, k2, _ = shape_on_patch(patch, ctrl, s, t, 1.0, work)
                 leaf.bend[0] = max(leaf.bend[0], -SAFETY * k2)
                 leaf.bend[1] = max(leaf.bend[1], SAFETY * k1)
-                if i == 1 and j == 1:
-                    centre, d_s, _, _, _, _ = patch_point(patch, ctrl, s, t, work)
-                    # First axis along the leaf: S_s, or e where S_s vanishes.
-                    length = sqrt(dot(d_s, d_s))
-                    a = (d_s[0] / length, d_s[1] / length, d_s[2] / length) if length > 0.0 else e
-                    b = cross(n, a)
-                    for c in range(3):
-                        leaf.frame[0, c] = centre[c]
-                        leaf.frame[1, c], leaf.frame[2, c], leaf.frame[3, c] = a[c], b[c], n[c]
+        s, t = 0.5 * (s0 + s1), 0.5 * (t0 + t1)
+        centre, d_s, _, _, _, _ = patch_point(patch, ctrl, s, t, work)
+        n, _, _, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
+        # First axis along the leaf: S_s, or e where S_s vanishes.
+        length = sqrt(dot(d_s, d_s))
+        a = (d_s[0] / length, d_s[1] / length, d_s[2] / length) if length > 0.0 else e
+        b = cross(n, a)
+        for c in range(3):
+            leaf.frame[0, c] = centre[c]
+            leaf.frame[1, c], leaf.frame[2, c], leaf.frame[3, c] = a[c], b[c], n[c]
 
 
 def cut_arc(ctrl, smallest):

@@ -101,20 +101,14 @@ def turns(ctrl):
 
     s = np.linspace(0.0, 1.0, 8 * len(ctrl) + 1)
     f = slope(s)
-    found = []
-    for k in np.flatnonzero(f[:-1] * f[1:] < 0.0):
-        lo, hi, sign = s[k], s[k + 1], f[k]
-        while hi - lo > 1e-15:
-            mid = 0.5 * (lo + hi)
-            if mid in (lo, hi):
-                break
-            if slope(np.array([mid]))[0] * sign > 0.0:
-                lo = mid
-            else:
-                hi = mid
-        found.append(0.5 * (lo + hi))
-    found += [s[k] for k in range(1, len(s) - 1) if f[k] == 0.0 and f[k - 1] * f[k + 1] < 0.0]
-    return sorted(found)
+    k = np.flatnonzero(f[:-1] * f[1:] < 0.0)
+    lo, hi, sign = s[k], s[k + 1], f[k]
+    for _ in range(52 if len(k) else 0):
+        middle = 0.5 * (lo + hi)
+        before = slope(middle) * sign > 0.0
+        lo, hi = np.where(before, middle, lo), np.where(before, hi, middle)
+    level = np.flatnonzero((f[1:-1] == 0.0) & (f[:-2] * f[2:] < 0.0)) + 1
+    return sorted([*(0.5 * (lo + hi)), *s[level]])
 
 
 def points_h(ctrl, s):

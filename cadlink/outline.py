@@ -161,9 +161,7 @@ def arc_of(start, middle, end):
     scale = hypot(*a) * hypot(*np.subtract(end, middle))
     if abs(cross) <= 1e-9 * scale or scale == 0.0:
         full = hypot(*b)
-        raise CadError(
-            f"arc from {_show(start)} to {_show(end)}: {_show(middle)} is on its chord of {full:g} mm"
-        )
+        raise CadError(f"arc from {_show(start)} to {_show(end)}: {_show(middle)} is on its chord of {full:g} mm")
     # the centre is where both chords have their bisectors
     aa, bb = a @ a, b @ b
     offset = np.array([b[1] * aa - a[1] * bb, a[0] * bb - b[0] * aa]) / (2 * cross)
@@ -200,13 +198,9 @@ def _segments_touch(p, q, a, b):
     """Whether the segment p-q meets each of the segments a-b; (m,) bool."""
 
     def side(u, v, w):
-        return (v[..., 0] - u[..., 0]) * (w[..., 1] - u[..., 1]) - (v[..., 1] - u[..., 1]) * (
-            w[..., 0] - u[..., 0]
-        )
+        return (v[..., 0] - u[..., 0]) * (w[..., 1] - u[..., 1]) - (v[..., 1] - u[..., 1]) * (w[..., 0] - u[..., 0])
 
-    apart = (np.maximum(a, b) < np.minimum(p, q)).any(axis=-1) | (np.minimum(a, b) > np.maximum(p, q)).any(
-        axis=-1
-    )
+    apart = (np.maximum(a, b) < np.minimum(p, q)).any(axis=-1) | (np.minimum(a, b) > np.maximum(p, q)).any(axis=-1)
     straddles = (side(p, q, a) * side(p, q, b) <= 0) & (side(a, b, p) * side(a, b, q) <= 0)
     return straddles & ~apart
 

@@ -15,9 +15,7 @@ from cadlink.outline import Disc, Rectangle
 
 THICKEST = 0.25  # of the square root of a side's area: beyond that a solid is a block, not a plate
 PARALLEL = 1e-6  # rad between the two sides of a plate
-SAME = (
-    1e-6  # relative to the size of the face: when a curve counts as a side of a rectangle, or as one circle
-)
+SAME = 1e-6  # relative to the size of the face: when a curve counts as a side of a rectangle, or as one circle
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +59,7 @@ def blank_outline(part):
         face, distance = largest_pair(faces, name)
         return face_outline(face, name, shift=-0.5 * distance, thickness=distance)
     if len(faces) > 1 or count_faces(shape) > 1:
-        raise CadError(
-            f"{name}: {count_faces(shape)} faces without a solid; expected one planar face, or a plate"
-        )
+        raise CadError(f"{name}: {count_faces(shape)} faces without a solid; expected one planar face, or a plate")
     return face_outline(faces[0], name)
 
 
@@ -175,9 +171,7 @@ def face_outline(face, name, shift=0.0, thickness=None):
     # the rigid motion from space to the face's own axes, then z = 0 whatever the shift
     origin_of_face = normal * np.dot(face.point, normal)
     motion = gp_Trsf()
-    frame = gp_Ax3(
-        gp_Pnt(*map(float, origin_of_face)), gp_Dir(*map(float, normal)), gp_Dir(*map(float, axes[0]))
-    )
+    frame = gp_Ax3(gp_Pnt(*map(float, origin_of_face)), gp_Dir(*map(float, normal)), gp_Dir(*map(float, axes[0])))
     motion.SetTransformation(frame)
     local = BRepBuilderAPI_Transform(face.shape, motion, True).Shape()
     return FaceOutline(write_brep(local), origin, axes, face.area, thickness, simple_outline(local), name)
@@ -225,16 +219,11 @@ def simple_outline(face):
 
     if kinds == {GeomAbs_CurveType.GeomAbs_Line}:
         ends = np.array(
-            [
-                [curve.Value(t).Coord()[:2] for t in (curve.FirstParameter(), curve.LastParameter())]
-                for curve in curves
-            ]
+            [[curve.Value(t).Coord()[:2] for t in (curve.FirstParameter(), curve.LastParameter())] for curve in curves]
         )
         low, high = ends.min(axis=(0, 1)), ends.max(axis=(0, 1))
         slack = SAME * (high - low).max()
-        on_low = (np.abs(ends - low) < slack).all(
-            axis=1
-        )  # (n_edges, 2): the edge lies on the side x (y) = low
+        on_low = (np.abs(ends - low) < slack).all(axis=1)  # (n_edges, 2): the edge lies on the side x (y) = low
         on_high = (np.abs(ends - high) < slack).all(axis=1)
         if (on_low | on_high).any(axis=1).all() and (high - low).min() > slack:
             (width, height), (x, y) = (high - low).tolist(), (0.5 * (low + high)).tolist()

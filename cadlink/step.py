@@ -55,6 +55,7 @@ class Part:
     bounding_box  (2, 3) lowest and highest corner
     solid         True for a solid, False for an open shell or face
     planes        list of Plane, one for each planar face
+    brep          the placed shape in mm, OpenCASCADE's binary BREP
     """
 
     def __init__(self, name, color, record, unit, path):
@@ -97,7 +98,7 @@ class Part:
         """(smallest concave, smallest convex) radius of curvature of the faces [mm], inf for none.
 
         Convex is where the tool bulges outwards. Closed forms are exact; Bezier patches are
-        sampled at nine points of each nearly flat piece. Sharp edges do not count.
+        sampled at 16 points or more of each nearly flat piece. Sharp edges do not count.
         """
         from cadlink.radii import smallest_radii  # numba loads only when asked
 
@@ -112,8 +113,11 @@ class Part:
         return self.radii[1]
 
     def write_brep(self, path):
-        """The placed shape in mm as an OpenCASCADE binary BREP file (gmsh and OCP read it)."""
-        Path(path).write_bytes(self.brep)
+        """Write the placed shape in mm as a BREP text file, as gmsh reads it. Loads OpenCASCADE."""
+        from OCP.BRepTools import BRepTools
+
+        if not BRepTools.Write_s(self.shape(), os.fspath(path)):
+            raise CadError(f"{path}: cannot be written")
 
     def shape(self):
         """The placed shape as a TopoDS_Shape. Loads OpenCASCADE."""

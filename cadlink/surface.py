@@ -47,9 +47,7 @@ class ToolSurface:
         if faces is not None:
             faces = np.unique(np.asarray(faces, np.int64))
             if not len(faces) or faces[0] < 0 or faces[-1] >= part.n_faces:
-                raise CadError(
-                    f"part {part.name!r} has faces 0 to {part.n_faces - 1}, found {faces.tolist()}"
-                )
+                raise CadError(f"part {part.name!r} has faces 0 to {part.n_faces - 1}, found {faces.tolist()}")
         self.part = part
         self.skin = build_skin(part.record["skin"], faces)
 

@@ -185,9 +185,7 @@ def input_errors():
         "plugins.scene_file": "SceneFileError",
         "plugins.report": "RunFolderError",
     }
-    return tuple(
-        getattr(sys.modules[module], name) for module, name in names.items() if module in sys.modules
-    )
+    return tuple(getattr(sys.modules[module], name) for module, name in names.items() if module in sys.modules)
 
 
 def main(arguments=None):

@@ -51,9 +51,7 @@ def draw_run(folder, png, field="thinning", stroke=None, size=(1800, 850)):
     from vtkmodules.vtkCommonCore import vtkLogger
 
     pyvista.OFF_SCREEN = True
-    vtkLogger.SetStderrVerbosity(
-        vtkLogger.VERBOSITY_ERROR
-    )  # VTK warns where there is no display, then draws without
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)  # VTK warns where there is no display, then draws without
     path = Path(folder)
     path = path if path.suffix == ".pvd" else path / "result.pvd"
     shot = load(path, field, stroke)
@@ -195,9 +193,7 @@ def draw_section(plotter, shot, scale):
     for i, (name, tool) in enumerate(shot.tools.items()):
         colour = tool.field_data.get("color", TOOL_COLORS[i % len(TOOL_COLORS)])
         half, face = cut(tool, origin)
-        plotter.add_mesh(
-            half, color=mixed(colour, 0.7, 0.3), ambient=0.2, smooth_shading=True, split_sharp_edges=True
-        )
+        plotter.add_mesh(half, color=mixed(colour, 0.7, 0.3), ambient=0.2, smooth_shading=True, split_sharp_edges=True)
         if face is not None:
             plotter.add_mesh(face, color=mixed(colour, 0.35, 0.6), lighting=False)
             rim = face.extract_surface(algorithm="dataset_surface").extract_feature_edges(

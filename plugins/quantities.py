@@ -18,9 +18,7 @@ EXAMPLES = {"mm": "2.5 mm", "N": "19.6 kN", "MPa": "70 GPa"}
 
 def wrong(found, expected):
     """The error of one value; both in words."""
-    return PydanticCustomError(
-        "scene", "found {found}, expected {expected}", {"found": found, "expected": expected}
-    )
+    return PydanticCustomError("scene", "found {found}, expected {expected}", {"found": found, "expected": expected})
 
 
 def shown(value):
@@ -112,9 +110,7 @@ class Quantity:
 
 def _check_vector(value):
     good = isinstance(value, (list, tuple)) and len(value) == 3
-    good = good and all(
-        isinstance(c, (int, float)) and not isinstance(c, bool) and isfinite(c) for c in value
-    )
+    good = good and all(isinstance(c, (int, float)) and not isinstance(c, bool) and isfinite(c) for c in value)
     if not good or not any(value):
         raise wrong(shown(value), "a direction, three numbers that are not all 0, such as [1, 0, 0]")
     return tuple(float(c) for c in value)

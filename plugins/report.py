@@ -154,9 +154,7 @@ def figures_table(summary):
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(
-        title=escape(summary["name"]), title_justify="left", show_header=False, box=None, pad_edge=False
-    )
+    table = Table(title=escape(summary["name"]), title_justify="left", show_header=False, box=None, pad_edge=False)
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
@@ -168,9 +166,7 @@ def figures_table(summary):
 def figure_rows(figures):
     """(words, number, unit) of each figure worth a line."""
     numbers = {
-        key: value
-        for key, value in figures.items()
-        if isinstance(value, (int, float)) and not isinstance(value, bool)
+        key: value for key, value in figures.items() if isinstance(value, (int, float)) and not isinstance(value, bool)
     }
     for key, (words, unit, scale, decimals) in FIGURES.items():
         if key in numbers:
@@ -201,11 +197,7 @@ def comparison_table(summary):
             escape(_words(row["quantity"]) + (f" [{row['unit']}]" if row["unit"] else "")),
             f"{row['stroke']:g}",
             measured,
-            "not reached"
-            if computed is None
-            else f"{computed:.2f}"
-            if abs(computed) < 1000
-            else f"{computed:,.0f}",
+            "not reached" if computed is None else f"{computed:.2f}" if abs(computed) < 1000 else f"{computed:,.0f}",
             "" if off is None else f"{off:+.1f} %",
         )
     return table

@@ -64,9 +64,7 @@ def run_in_folder(path, folder, resume=False, console=None):
         try:
             save = str(folder / "result.pvd")
             frames = scene_file.keys.output.frames
-            results = solver.form(
-                scene, scene_file.method, save=save, frames=frames, watch=watch, resume=resume
-            )
+            results = solver.form(scene, scene_file.method, save=save, frames=frames, watch=watch, resume=resume)
         except StepFailed as stop:
             if stop.results is None:
                 raise

@@ -64,9 +64,7 @@ def build_blank(keys, parts):
         )
     thickness = described.thickness or mesh.thickness
     if thickness is None:
-        raise BuildError(
-            f"blank.thickness: missing, expected a length in mm: part {described.part!r} is no plate"
-        )
+        raise BuildError(f"blank.thickness: missing, expected a length in mm: part {described.part!r} is no plate")
     with about("material"):
         material = build_material(keys.material)
     with about("blank"):

@@ -60,9 +60,7 @@ class Outline(Table):
 
 def _one_outline(value):
     shape = (
-        {key: kept for key, kept in value.items() if key not in ("center", "z")}
-        if isinstance(value, dict)
-        else value
+        {key: kept for key, kept in value.items() if key not in ("center", "z")} if isinstance(value, dict) else value
     )
     one_of(shape, ("rectangle", "disc", "polygon"), "a shape such as {rectangle = [150, 150]}")
     return value
@@ -127,9 +125,7 @@ def _locus(value):
 class SwiftKeys(Table):
     K: PositiveStress = Field(description="K in MPa of K (e0 + e)^n")
     e0: PositiveNumber = Field(description="e0 of K (e0 + e)^n")
-    n: Annotated[float, Quantity("a number", at_least=0.0, below=1.0)] = Field(
-        description="n of K (e0 + e)^n"
-    )
+    n: Annotated[float, Quantity("a number", at_least=0.0, below=1.0)] = Field(description="n of K (e0 + e)^n")
 
 
 class LudwikKeys(Table):
@@ -179,9 +175,7 @@ CURVES = ("swift", "ludwik", "voce", "hockett_sherby", "table")
 
 
 def _one_curve(value):
-    curve = (
-        {key: kept for key, kept in value.items() if key != "weight"} if isinstance(value, dict) else value
-    )
+    curve = {key: kept for key, kept in value.items() if key != "weight"} if isinstance(value, dict) else value
     one_of(curve, CURVES, "a hardening curve")
     return value
 
@@ -250,9 +244,7 @@ def _length_or_free(value):
     return None if value == "free" else value
 
 
-Movement = Annotated[
-    tuple[Annotated[Length | None, BeforeValidator(_length_or_free)], ...], BeforeValidator(_movement)
-]
+Movement = Annotated[tuple[Annotated[Length | None, BeforeValidator(_length_or_free)], ...], BeforeValidator(_movement)]
 
 
 class Stage(Table):
@@ -309,9 +301,7 @@ class Measured(Table):
 
 class Compare(Table):
     source: Name = Field(description="where the measured values come from")
-    rows: list[Measured] = Field(
-        description='rows such as {quantity = "draw_in_DX", stroke = 40, measured = 28.5}'
-    )
+    rows: list[Measured] = Field(description='rows such as {quantity = "draw_in_DX", stroke = 40, measured = 28.5}')
 
 
 class SceneKeys(Table):

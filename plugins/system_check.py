@@ -48,9 +48,7 @@ def main(arguments):
     if "--packages" in arguments:
         print(names)
     else:
-        print(
-            f"cadlink needs system packages: apt-get install --no-install-recommends {names}", file=sys.stderr
-        )
+        print(f"cadlink needs system packages: apt-get install --no-install-recommends {names}", file=sys.stderr)
     return 1
 
 

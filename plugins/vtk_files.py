@@ -49,9 +49,7 @@ class PvdWriter:
         self.path = Path(path)
         self.cells = np.ascontiguousarray(scene.blank.mesh.cells, dtype=np.int64)
         self.symmetry = scene.blank.symmetry_planes
-        self.tools = {
-            name: shown for name, tool in scene.tools.items() if (shown := _shown(tool)) is not None
-        }
+        self.tools = {name: shown for name, tool in scene.tools.items() if (shown := _shown(tool)) is not None}
         self.file_names = _file_names(self.tools)
         self.places = {}  # tool name -> (offset, file) written last
         self.entries = read_pvd(self.path) if resume and self.path.exists() else []
@@ -192,9 +190,7 @@ def write_pvd(path, entries):
     collection = ET.SubElement(root, "Collection")
     for entry in entries:
         time = f"{entry.time:.10g}"
-        ET.SubElement(
-            collection, "DataSet", timestep=time, part=str(entry.part), name=entry.name, file=entry.file
-        )
+        ET.SubElement(collection, "DataSet", timestep=time, part=str(entry.part), name=entry.name, file=entry.file)
     ET.indent(root)
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(path.name + ".part")

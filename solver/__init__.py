@@ -5,7 +5,7 @@ import os
 # Idle threads sleep: a spinning one would hold up whoever shares the machine, and the run itself.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-from .errors import SceneError, StepFailed  # noqa: E402
+from .errors import SceneError, StepFailed
 from .form import form
 from .implicit.method import Implicit, Increments, Newton
 from .materials.hardening import HockettSherby, Ludwik, Sum, Swift, Table, Voce

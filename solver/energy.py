@@ -1,4 +1,4 @@
-"""Where the tools' work goes: the sheet, friction, contact, torsion; and what is left unaccounted.
+"""Where the tools' work goes: the sheet, friction, contact, torsion; and what is left unaccounted for.
 
 Every term is a trapezium over the increment. Internal energy is stress times strain in the material, the external
 one force times travel of the tools and loads, so that their balance measures the increments' error.
@@ -10,19 +10,18 @@ import numpy as np
 class Energy:
     """Sums over the increments [mJ], of the modelled share."""
 
-    names = ("external", "internal", "friction", "contact")
+    names = ("external", "internal", "friction", "contact", "torsion")
 
     def __init__(self, sheet):
         self.sheet = sheet
         self.sums = dict.fromkeys(self.names, 0.0)
 
-    def add(self, old, new, tools):
-        """One accepted increment."""
+    def add(self, old, new, tools, torsion):
+        """One accepted increment; torsion : work of the stabilisation [mJ]."""
+        self.sums["torsion"] += torsion
         a, b = old.sheet, new.sheet
         volume = self.sheet.membranes.volume
-        self.sums["internal"] += 0.5 * float(
-            np.sum(volume[:, None] * (a.stress + b.stress) * (b.strain - a.strain))
-        )
+        self.sums["internal"] += 0.5 * float(np.sum(volume[:, None] * (a.stress + b.stress) * (b.strain - a.strain)))
         moved = b.x - a.x
         sheet_work = 0.0
         for run in tools:
@@ -30,9 +29,8 @@ class Energy:
             shift = (after.travel - before.travel) * run.axis
             slid = moved - shift
             friction = 0.5 * float(np.sum((before.friction_force + after.friction_force) * slid))
-            normal = 0.5 * float(np.sum(
-                (before.normal_force[:, None] * before.normal + after.normal_force[:, None] * after.normal) * slid
-            ))
+            pressing = [c.normal_force[:, None] * c.normal for c in (before, after)]
+            normal = 0.5 * float(np.sum((pressing[0] + pressing[1]) * slid))
             tool = -0.5 * float((before.force + after.force) @ shift)
             self.sums["friction"] -= friction
             self.sums["contact"] -= normal

@@ -59,7 +59,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
             if begun.fraction == 0.0:
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
             for step in march(sheet, stage, tools, old, new, begun, method, stops):
-                energy.add(old, new, tools)
+                energy.add(old, new, tools, step.torsion_work)
                 old.copy_from(new)
                 recorder.row(k, step, old, tools, results)
                 here = k, step.march

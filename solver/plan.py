@@ -22,8 +22,14 @@ def plan(scene):
     blank, material = scene.blank, scene.blank.material
     n_nodes, n_tris = len(blank.mesh.points), len(blank.mesh.cells)
     runs = [
-        ("sheet", f"{n_tris} membrane triangles, {n_nodes} nodes, about {blank.mesh_size:.3g} mm, t = {blank.thickness:g} mm"),
-        ("material", f"{material.name}: {_name(material.locus)} with {_name(material.hardening)}, plane stress"),
+        (
+            "sheet",
+            f"{n_tris} membrane triangles, {n_nodes} nodes, about {blank.mesh_size:.3g} mm, t = {blank.thickness:g} mm",
+        ),
+        (
+            "material",
+            f"{material.name}: {_name(material.locus)} with {_name(material.hardening)}, plane stress",
+        ),
         ("torsion stabilisation", "a membrane has no stiffness out of its plane"),
     ]
     skips = [("bending, layers", "a membrane carries none; springback and wrinkling need a shell")]
@@ -31,7 +37,12 @@ def plan(scene):
         skips.append(("backstress", "isotropic hardening"))
     if blank.symmetry_planes:
         planes = ", ".join(blank.symmetry_planes)
-        runs.append(("symmetry", f"plane(s) normal to {planes}: 1/{round(1 / blank.share)} of the part; forces are those of the whole"))
+        runs.append(
+            (
+                "symmetry",
+                f"plane(s) normal to {planes}: 1/{round(1 / blank.share)} of the part; forces are those of the whole",
+            )
+        )
     else:
         skips.append(("symmetry planes", "the mesh has no symmetry_x, symmetry_y or symmetry_z group"))
     for stage in scene.stages:
@@ -63,4 +74,8 @@ def _duty(tool):
 
 
 def _name(thing):
-    return repr(thing) if hasattr(type(thing), "__dataclass_fields__") else getattr(thing, "__name__", type(thing).__name__)
+    return (
+        repr(thing)
+        if hasattr(type(thing), "__dataclass_fields__")
+        else getattr(thing, "__name__", type(thing).__name__)
+    )

@@ -48,7 +48,8 @@ class Results:
         n_contacts, force_<tool> [N, whole part, along the tool's axis, on the tool], travel_<tool> [mm],
         draw_in_<name> [mm], thickness_min, thickness_max [mm], thinning_max
     frames : [Frame], the ones asked for
-    energy : {internal, contact, friction, torsion, external: work by the tools and loads} [mJ], whole part
+    energy : {external: work by tools, loads and supports; internal, friction, contact, torsion; imbalance} [mJ],
+        of the whole part
     plan : Plan, what ran and what was skipped
     finished : False where the run stopped early
     """
@@ -76,9 +77,9 @@ class Results:
         iterations = self.history.get("iterations", [])
         return {
             "finished": self.finished,
+            **last,
             "increments": len(iterations),
             "iterations": int(np.sum(iterations)),
-            **last,
             **forces,
             **{f"energy_{k}": v for k, v in self.energy.items()},
             **{f"seconds_{k}": v for k, v in self.seconds.items()},

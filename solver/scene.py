@@ -212,5 +212,3 @@ class Scene:
         from .plan import plan
 
         return plan(self)
-
-

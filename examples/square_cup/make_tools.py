@@ -40,12 +40,7 @@ def square_block(width, corner, bottom, height):
 
 def make_punch(thickness):
     """The punch above the sheet; its nose is rounded all round."""
-    return (
-        square_block(PUNCH_WIDTH, PUNCH_CORNER, thickness, PUNCH_HEIGHT)
-        .faces("<Z")
-        .edges()
-        .fillet(PUNCH_NOSE)
-    )
+    return square_block(PUNCH_WIDTH, PUNCH_CORNER, thickness, PUNCH_HEIGHT).faces("<Z").edges().fillet(PUNCH_NOSE)
 
 
 def make_die():
@@ -89,9 +84,7 @@ def exact_tori(text):
     is only near the torus; STEP's name for it is DEGENERATE_TOROIDAL_SURFACE, .T. for its outer part.
     """
     torus = f"{PUNCH_CORNER - PUNCH_NOSE:g}.,{PUNCH_NOSE:g}.,.T."
-    for surface, curve, axis in re.findall(
-        r"^#(\d+) = SURFACE_OF_REVOLUTION\('',#(\d+),#(\d+)\);", text, re.MULTILINE
-    ):
+    for surface, curve, axis in re.findall(r"^#(\d+) = SURFACE_OF_REVOLUTION\('',#(\d+),#(\d+)\);", text, re.MULTILINE):
         points = re.search(rf"^#{curve} = B_SPLINE_CURVE_WITH_KNOTS\('',\d+,\((.*?)\)", text, FULL)[1]
         for number in (curve, *re.findall(r"#(\d+)", points)):
             text = re.sub(rf"^#{number} = .*?;\n", "", text, flags=FULL)

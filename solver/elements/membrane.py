@@ -88,14 +88,19 @@ def vector_areas(x, cells, slot_area):
 
 
 @njit(parallel=True, cache=True)
-def smooth_normals(nodal, cells, normal):
-    """Fills normal (m, 3): mean of the unit normals of each triangle's nodes. nodal : (n, 3) vector areas"""
+def smooth_normals(nodal, slot_area, cells, share, normal):
+    """Fills normal (m, 3): each triangle's unit normal, with a share of the mean over its nodes' normals.
+
+    nodal : (n, 3) sums of slot_area (m, 3, 3), the vector areas
+    """
     for tri in prange(cells.shape[0]):
         mean = np.zeros(3)
-        for node in cells[tri]:
+        for corner in range(3):
+            node = cells[tri, corner]
             size = sqrt(nodal[node, 0] ** 2 + nodal[node, 1] ** 2 + nodal[node, 2] ** 2)
+            own = sqrt(slot_area[tri, 0, 0] ** 2 + slot_area[tri, 0, 1] ** 2 + slot_area[tri, 0, 2] ** 2)
             for c in range(3):
-                mean[c] += nodal[node, c] / size
+                mean[c] += share * nodal[node, c] / size + (1.0 - share) * slot_area[tri, 0, c] / own
         size = sqrt(mean[0] ** 2 + mean[1] ** 2 + mean[2] ** 2)
         for c in range(3):
             normal[tri, c] = mean[c] / size

@@ -24,7 +24,6 @@ from ..elements.pressure import pressure_forces
 from ..materials.planar_hill import update
 
 
-
 class ToolRun(NamedTuple):
     """A tool in its stage: press is the sign of its axis that leads to the sheet; mu, kn (n,), kt (n,)
     friction and stiffnesses [N/mm]; load [N] of the modelled share where a force drives it, else 0."""
@@ -57,6 +56,7 @@ class Equilibrium:
         n, m = len(sheet.points), len(sheet.membranes.cells)
         self.torsion = method.torsion * sheet.blank.material.initial_yield_stress
         self.compression = method.compression
+        self.smooth = method.smooth
         self.skin = method.skin * sheet.blank.thickness
         self.normal, self.modulus = np.empty((m, 3)), np.empty((m, 3))
         self.half_thickness = np.empty(n)
@@ -80,7 +80,7 @@ class Equilibrium:
         nodal = np.empty_like(new.sheet.x)
         gather_forces(self.slot_force, self.sheet.pattern.node_first, self.sheet.pattern.node_slot, nodal)
         nodal[self.sheet.mirrored] = 0.0
-        smooth_normals(nodal, cells, self.normal)
+        smooth_normals(nodal, self.slot_force, cells, self.smooth, self.normal)
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
 
     def evaluate(self, old, new, pressure, first=False):
@@ -96,7 +96,8 @@ class Equilibrium:
         cells, gradients, volume = membranes.cells, membranes.gradients, membranes.volume
         metrics(sheet.x, cells, gradients, sheet.metric)
         update(
-            sheet.metric, old.sheet.plastic, old.sheet.equivalent, material.young, material.poisson, material.locus.r,
+            sheet.metric, old.sheet.plastic, old.sheet.equivalent, float(material.young),
+            float(material.poisson), float(material.locus.r),
             self.sheet.table, sheet.second_stress, sheet.tangent, sheet.strain, sheet.plastic, sheet.equivalent,
             sheet.stress, sheet.thickness_strain,
         )  # fmt: skip
@@ -120,6 +121,18 @@ class Equilibrium:
         residual[self.fixed] = 0.0
         balance = [run.press * run.load + new.tools[run.tool.name].force @ run.axis for run in self.driven]
         return residual, np.array(balance), scale
+
+    def torsion_work(self, old, new):
+        """Work that the torsion stabilisation takes over an accepted increment [mJ]: its energy is quadratic in the
+        rotations out of the smooth surface."""
+        membranes = self.sheet.membranes
+        energy = []
+        for x in (old.sheet.x, new.sheet.x):
+            tangents = np.einsum("mic,mia->mac", x[membranes.cells], membranes.gradients)
+            g1, g2 = np.einsum("mac,mc->am", tangents, self.normal)
+            m11, m22, m12 = self.modulus.T
+            energy.append(0.5 * membranes.volume @ (m11 * g1**2 + m22 * g2**2 + 2.0 * m12 * g1 * g2))
+        return float(energy[1] - energy[0])
 
     def _touch(self, run, old, new):
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]

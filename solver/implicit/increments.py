@@ -27,11 +27,13 @@ class March(NamedTuple):
 
 
 class Accepted(NamedTuple):
-    """An increment that converged: the march after it, how Newton went, cut-backs before it."""
+    """An increment that converged: the march after it, how Newton went, cut-backs before it, work of the torsion
+    stabilisation [mJ]."""
 
     march: March
     outcome: Outcome
     n_cut_backs: int
+    torsion_work: float
 
 
 def widths(stage, sheet, increments):
@@ -98,13 +100,19 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             # A stop that shortened this increment does not shorten the next.
             place = place._replace(width=min(max(scale * width, place.width if scale >= 1.0 else 0.0), largest))
         place = March(fraction, place.width, rate, rates, place.placed)
-        yield Accepted(place, outcome, cuts)
+        yield Accepted(place, outcome, cuts, equilibrium.torsion_work(old, new))
 
 
 def predict(sheet, stage, tools, place, fraction, old, new):
     """Move the tools, the prescribed nodes, and the rest of the sheet as it moved last."""
     width = fraction - place.fraction
-    new.sheet.x[:] = old.sheet.x + width * place.rate
+    shift = width * place.rate
+    farthest = width * max((abs(tool.travel) for tool in stage.tools if tool.travel is not None), default=np.inf)
+    if 0.0 < farthest < np.inf:
+        # A node that snapped over in the last increment will not do so again: none outruns the tools.
+        length = np.linalg.norm(shift, axis=1)[:, None]
+        shift *= farthest / np.maximum(length, farthest)
+    new.sheet.x[:] = old.sheet.x + shift
     for group, movement in stage.moved.items():
         nodes = sheet.blank.nodes_of(group)
         for axis, distance in enumerate(movement):

@@ -122,7 +122,7 @@ def iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out):
             error, step = best
         # The next correction, if the residual's fall goes on: what the movement still lacks.
         moved = step * np.abs(dx).max()
-        lacking = moved * min(1.0, error / error_before) if step == cap == 1.0 else moved
+        lacking = moved * min(1.0, error / max(error_before, 1e-300)) if step == cap == 1.0 else moved
         if error <= newton.residual and lacking <= newton.correction * size:
             out.residuals.append(error)
             out.converged = True

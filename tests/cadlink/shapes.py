@@ -319,3 +319,28 @@ def l_profile_sharp():
     legs = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), 10.0, 6.0, 2.0).Solid()
     up = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), 2.0, 6.0, 8.0).Solid()
     return solid_in(BRepAlgoAPI_Fuse(legs, up).Shape())
+
+
+def box_sewn_with_a_gap(gap=5e-4):
+    """A box whose top floats above its walls, sewn with a tolerance of 1e-3."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
+    from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL
+
+    sewing = BRepBuilderAPI_Sewing(1e-3)
+    walk = TopExp_Explorer(box(), TopAbs_FACE)
+    lift = gp_Trsf()
+    lift.SetTranslation(gp_Vec(0.0, 0.0, gap))
+    count = 0
+    while walk.More():
+        face = walk.Current()
+        count += 1
+        if count == 6:  # the top of a box by BRepPrimAPI_MakeBox
+            face = BRepBuilderAPI_Transform(face, lift, True).Shape()
+        sewing.Add(face)
+        walk.Next()
+    sewing.Perform()
+    shell = TopExp_Explorer(sewing.SewedShape(), TopAbs_SHELL).Current()
+    return BRepBuilderAPI_MakeSolid(TopoDS.Shell_s(shell)).Solid()
+
+
+SOLIDS["gap"] = box_sewn_with_a_gap

@@ -60,9 +60,7 @@ def test_every_mesh_is_sound(outline, options):
     assert isinstance(mesh, Mesh)
     n_corners = 4 if options.get("shape") == "quad" else 3
     assert mesh.cells.shape[1] == n_corners and mesh.points.shape[1] == 3
-    assert (
-        mesh.points.dtype == np.float64 and mesh.points.flags.c_contiguous and mesh.cells.flags.c_contiguous
-    )
+    assert mesh.points.dtype == np.float64 and mesh.points.flags.c_contiguous and mesh.cells.flags.c_contiguous
 
     # anticlockwise seen from +z, of use to an element, about the size asked for
     corner = mesh.points[mesh.cells]
@@ -109,9 +107,7 @@ def test_edge_groups_are_the_boundary(outline, options):
     assert set(mesh.groups) >= {"rim", *(f"symmetry_{name}" for name in symmetry)}
 
 
-@pytest.mark.parametrize(
-    "options", [{}, {"symmetry": ("x", "y")}, {"arrangement": "structured"}, {"shape": "quad"}]
-)
+@pytest.mark.parametrize("options", [{}, {"symmetry": ("x", "y")}, {"arrangement": "structured"}, {"shape": "quad"}])
 def test_disc_area_converges_at_second_order(options):
     """Rim nodes are evenly spread, so the mesh is the regular polygon: n/2 R^2 sin(2 pi / n)."""
     quarter = 4 if options.get("symmetry") else 1
@@ -131,13 +127,9 @@ def test_pierced_areas_and_names():
     mesh = mesh_blank(PIERCED, size=1.0)
     assert mesh.areas.sum() == pytest.approx(PIERCED.area, rel=1e-3)
     assert PIERCED.area == pytest.approx(120 * 80 - 150 * pi, rel=1e-14)
-    centres = {
-        name: mesh.points[nodes].mean(axis=0)[:2] for name, nodes in mesh.groups.items() if "hole" in name
-    }
+    centres = {name: mesh.points[nodes].mean(axis=0)[:2] for name, nodes in mesh.groups.items() if "hole" in name}
     assert list(centres) == ["hole-1", "hole-2", "hole-3"]
-    assert np.array(list(centres.values())) == pytest.approx(
-        np.array([(-40, 20), (0, 0), (40, 20)]), abs=1e-9
-    )
+    assert np.array(list(centres.values())) == pytest.approx(np.array([(-40, 20), (0, 0), (40, 20)]), abs=1e-9)
 
     half = mesh_blank(PIERCED, size=1.0, symmetry=("x",))
     assert sorted(half.groups) == ["hole-1", "hole-2", "rim", "symmetry_x"]
@@ -283,9 +275,7 @@ def test_pierced_plate_keeps_its_holes(occ):
     plate = pierced(pierced(box((-60.0, -40.0, 1.0), (60.0, 40.0, 3.0)), 10.0, 0.0, 0.0), 5.0, 40.0, 20.0)
     mesh = mesh_blank(plate, size=2.0)
     assert blank_outline(plate).area == pytest.approx(9600 - 125 * pi)
-    assert mesh.areas.sum() == pytest.approx(9600 - 125 * pi, rel=2e-3) and mesh.points[
-        :, 2
-    ] == pytest.approx(2.0)
+    assert mesh.areas.sum() == pytest.approx(9600 - 125 * pi, rel=2e-3) and mesh.points[:, 2] == pytest.approx(2.0)
     assert np.hypot(*mesh.points[mesh.groups["hole-1"], :2].T) == pytest.approx(10.0, rel=1e-6)
     assert len(mesh.groups["rim"]) == 200 and "hole-2" in mesh.groups
     with pytest.raises(CadError, match="does not halve the outline: 49.57 %"):
@@ -315,9 +305,7 @@ def test_a_face_with_an_elliptic_edge(occ):
     edge = BRepBuilderAPI_MakeEdge(ellipse).Edge()
     face = BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakeWire(edge).Wire()).Face()
     mesh = mesh_blank(face, size=1.0, symmetry=("x", "y"))
-    assert mesh.areas.sum() == pytest.approx(0.25 * pi * 40 * 25, rel=1e-3) and mesh.points[
-        :, 2
-    ] == pytest.approx(5.0)
+    assert mesh.areas.sum() == pytest.approx(0.25 * pi * 40 * 25, rel=1e-3) and mesh.points[:, 2] == pytest.approx(5.0)
     x, y, _ = mesh.points[mesh.groups["rim"]].T
     assert (x / 40) ** 2 + (y / 25) ** 2 == pytest.approx(1.0, rel=1e-9)
     with pytest.raises(CadError, match="only rectangles, discs and rings"):

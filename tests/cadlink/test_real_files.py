@@ -58,9 +58,11 @@ def check(part, n):
 
 @pytest.mark.parametrize("name", NAMES + OWN)
 def test_distance_and_side_agree_with_opencascade(assemblies, name):
+    # Few points where OpenCASCADE takes 20 ms for one, or where the parts are many.
+    n = 100 if name.startswith("M6") else 300
     parts = assemblies[name].values()
     for part in parts:
-        check(part, 300 if len(parts) == 1 else 100)
+        check(part, n if len(parts) == 1 else 60)
 
 
 @pytest.mark.slow
@@ -98,3 +100,10 @@ def test_building_is_quick(assemblies, name):
     start = time.process_time()
     part.surface()
     assert time.process_time() - start < 1.0
+
+
+def test_two_minima_in_one_patch(assemblies):
+    """A degree 5 patch bends round this point between two feet: the nearer one is at 63.4659 mm."""
+    surface = assemblies["nacelle.stp"]["Nacelle"].surface()
+    hit = surface.project(np.array([[207.20972282, -184.24417734, 483.50542024]]))
+    assert hit.distance == pytest.approx([-63.465863805], abs=1e-6)

@@ -105,7 +105,7 @@ def test_part_describes_itself(tmp_path):
     assert part.gap_report().edge < 1e-12
     copy = tmp_path / "copy.brep"
     part.write_brep(copy)
-    assert copy.read_bytes() == part.brep
+    assert b"CASCADE Topology" in copy.read_bytes()[:40]  # text: gmsh cannot read the binary form
     assert not part.shape().IsNull()
     assert "6 faces" in repr(part)
 

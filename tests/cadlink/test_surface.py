@@ -175,9 +175,7 @@ def test_poles_have_a_normal():
 def test_seam_with_a_hole_through_it():
     """Feet on the seam of a cylinder, beside the hole and in it."""
     surface = part_of(shapes.cylinder_with_cross_hole()).surface()
-    hit = surface.project(
-        np.array([[10.0, 0.0, 1.0], [10.0, 1e-13, 1.0], [10.0, 0.0, 6.0], [10.0, -1e-13, 11.0]])
-    )
+    hit = surface.project(np.array([[10.0, 0.0, 1.0], [10.0, 1e-13, 1.0], [10.0, 0.0, 6.0], [10.0, -1e-13, 11.0]]))
     assert hit.distance[[0, 1, 3]] == pytest.approx(2.0)
     assert hit.normal[[0, 1, 3]] == pytest.approx(np.array([[1.0, 0.0, 0.0]] * 3), abs=1e-9)
     # Over the middle of the hole the rim is nearest: (8 cos t, 8 sin t, 6 +- sqrt(9 - y^2)).

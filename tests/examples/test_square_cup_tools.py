@@ -111,9 +111,7 @@ def test_volumes(parts):
     solids, t = parts
     assert volume(solids["PUNCH"]) == pytest.approx(rounded_prism(70, 10, 70, 8, -1), rel=1e-9)
     assert volume(solids["DIE"]) == pytest.approx(180**2 * 60 - rounded_prism(74, 12, 60, 5, +1), rel=1e-9)
-    assert volume(solids["BLANK_HOLDER"]) == pytest.approx(
-        180**2 * 20 - rounded_prism(74, 12, 20, 2, +1), rel=1e-9
-    )
+    assert volume(solids["BLANK_HOLDER"]) == pytest.approx(180**2 * 20 - rounded_prism(74, 12, 20, 2, +1), rel=1e-9)
     assert volume(solids["BLANK"]) == pytest.approx(150**2 * t, rel=1e-12)
 
 

@@ -139,9 +139,7 @@ def fake_scene(n=24):
 def cup():
     """.scene, and .frame(depth, increment) of it."""
     scene = fake_scene(n=12)
-    return SimpleNamespace(
-        scene=scene, frame=lambda depth, increment=0: fake_frame(scene.blank.mesh, depth, increment)
-    )
+    return SimpleNamespace(scene=scene, frame=lambda depth, increment=0: fake_frame(scene.blank.mesh, depth, increment))
 
 
 @pytest.fixture
@@ -152,9 +150,7 @@ def run_folder(cup, tmp_path):
     from solver.results import Results
 
     writer = PvdWriter(tmp_path / "result.pvd", cup.scene)
-    results = Results(
-        plan="Runs:\n  nothing", finished=True, energy={"internal": 2e4}, seconds={"total": 1.5}
-    )
+    results = Results(plan="Runs:\n  nothing", finished=True, energy={"internal": 2e4}, seconds={"total": 1.5})
     for increment, depth in enumerate((0.0, 10.0, 20.0, 40.0)):
         frame = cup.frame(depth, increment)
         writer.write(frame)

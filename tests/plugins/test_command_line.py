@@ -64,9 +64,7 @@ def forming(cup, monkeypatch):
                     if self.fails_at is not None and stroke > self.fails_at:
                         raise self.error or solver.StepFailed("increment 3: residual 1e-1 of 1e-6; use less")
                     writer.write(cup.frame(stroke, k))
-                    results.record(
-                        stage="draw", increment=k, stroke=stroke, force_PUNCH=-1e3, draw_in_DX=stroke / 2
-                    )
+                    results.record(stage="draw", increment=k, stroke=stroke, force_PUNCH=-1e3, draw_in_DX=stroke / 2)
                     watch(Progress("draw", k, stroke / 40.0, stroke, 4, 100, 0))
                 results.finished = True
             except solver.StepFailed as failure:
@@ -93,9 +91,7 @@ def test_help_is_quick_and_loads_nothing_heavy():
     assert seconds < 3.0  # 0.2 s where nothing else runs
 
 
-@pytest.mark.parametrize(
-    "arguments", [["inspct", "a"], ["inspect"], ["run", "a.toml"], ["inspect", "a", "--jsn"]]
-)
+@pytest.mark.parametrize("arguments", [["inspct", "a"], ["inspect"], ["run", "a.toml"], ["inspect", "a", "--jsn"]])
 def test_wrong_usage_is_one_line_and_status_2(arguments, capsys):
     assert main(arguments) == 2
     out, err = capsys.readouterr()
@@ -203,13 +199,9 @@ def test_nothing_there_is_one_line_and_status_2(arguments, said, capsys, tmp_pat
 def test_a_misspelt_key_is_one_line_and_status_2(scene, capsys, tmp_path):
     scene.write_text(BULGE.replace("thickness = 0.8", "thicknes = 0.8"))
     assert main(["run", str(scene), "-o", str(tmp_path / "out")]) == 2
-    assert capsys.readouterr().err == (
-        f"cadlink: {scene}: blank.thicknes: unknown key; did you mean 'thickness'?\n"
-    )
+    assert capsys.readouterr().err == (f"cadlink: {scene}: blank.thicknes: unknown key; did you mean 'thickness'?\n")
     scene.write_text(BULGE.replace("thickness = 0.8", 'thickness = "-0.8 mm"'))
     assert main(["check", str(scene)]) == 2
     err = capsys.readouterr().err
-    assert err.startswith(
-        f'cadlink: {scene}: blank.thickness: found "-0.8 mm", expected a length above 0 in mm'
-    )
+    assert err.startswith(f'cadlink: {scene}: blank.thickness: found "-0.8 mm", expected a length above 0 in mm')
     assert len(err.splitlines()) == 1

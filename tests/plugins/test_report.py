@@ -35,18 +35,14 @@ def test_history_comes_back(tmp_path):
 
 
 def test_summary_is_plain_json(tmp_path):
-    report.write_summary(
-        tmp_path, {"a": np.float64(1.5), "b": np.arange(2), "c": float("nan"), "d": np.bool_(True)}
-    )
+    report.write_summary(tmp_path, {"a": np.float64(1.5), "b": np.arange(2), "c": float("nan"), "d": np.bool_(True)})
     text = (tmp_path / "summary.json").read_text()
     assert json.loads(text) == {"a": 1.5, "b": [0, 1], "c": None, "d": True}
     assert report.read_summary(tmp_path)["a"] == 1.5
 
 
 def test_a_folder_without_a_run(tmp_path):
-    with pytest.raises(
-        report.RunFolderError, match=r"summary.json: no such file, expected the folder of a run"
-    ):
+    with pytest.raises(report.RunFolderError, match=r"summary.json: no such file, expected the folder of a run"):
         report.read_summary(tmp_path)
     with pytest.raises(report.RunFolderError, match=r"history.csv: cannot be read"):
         report.read_history(tmp_path)

@@ -53,9 +53,7 @@ def test_a_rectangle_and_a_polygon(tmp_path):
 
 
 def test_a_group_that_does_not_exist(tmp_path):
-    with pytest.raises(
-        SceneFileError, match=r"s.toml: blank: blank group 'edge' does not exist; there are .*rim"
-    ):
+    with pytest.raises(SceneFileError, match=r"s.toml: blank: blank group 'edge' does not exist; there are .*rim"):
         scene_of(tmp_path, BULGE.replace("{rim =", "{edge ="))
     with pytest.raises(SceneFileError, match=r"s.toml: stages: blank group 'tip' does not exist"):
         scene_of(tmp_path, BULGE.replace("{center =", "{tip ="))

@@ -59,9 +59,7 @@ def test_stiffness_is_the_derivative_of_the_forces(scale):
     mesh = square(2, 3.0, distort=0.2)
     patch = Patch(mesh, rolling=(0.6, 0.8, 0.0))
     x = bent(mesh, scale)
-    torsion_moduli(
-        x, patch.m.cells, patch.m.gradients, patch.stress(x)[0], 2.0, patch.normal, patch.modulus
-    )
+    torsion_moduli(x, patch.m.cells, patch.m.gradients, patch.stress(x)[0], 2.0, patch.normal, patch.modulus)
     k = patch.stiffness(x)
     step = 1e-6
     for node in range(len(x)):
