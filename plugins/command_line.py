@@ -9,6 +9,8 @@ from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 
+from .kernel_cache import choose_kernel_cache
+
 DONE, UNEXPECTED, WRONG_INPUT, STOPPED_EARLY, INTERRUPTED = 0, 1, 2, 3, 130
 
 app = App(
@@ -190,6 +192,7 @@ def input_errors():
 
 def main(arguments=None):
     """Run one command. arguments : list of str, those of the process by default. Returns the exit status."""
+    choose_kernel_cache()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments
     arguments = [argument for argument in arguments if argument != "--debug"]
