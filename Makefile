@@ -7,7 +7,7 @@ ARGS ?=
 
 DEMO_OUT := out/square_cup
 DEMO_RUN := $(BIN)/cadlink run examples/square_cup/aluminium.toml -o $(DEMO_OUT)
-DEMO_COMPARE := $(BIN)/python examples/square_cup/compare.py $(DEMO_OUT)
+DEMO_PICTURE := $(BIN)/cadlink show $(DEMO_OUT) --png $(DEMO_OUT)/square_cup.png
 
 .PHONY: help setup demo test validate lint clean
 
@@ -18,7 +18,7 @@ setup: $(STAMP)  ## virtual environment with everything in it (also done by the 
 
 demo: $(STAMP)   ## draw the NUMISHEET'93 square cup and compare it with measurements
 	$(DEMO_RUN)
-	$(DEMO_COMPARE)
+	$(DEMO_PICTURE)
 
 test: $(STAMP)   ## lint, format check and the quick tests
 	$(BIN)/ruff check .

@@ -171,6 +171,8 @@ def print_report(summary, as_json):
         print_json(summary)
     else:
         print_table(figures_table(summary), *([comparison_table(summary)] if summary["comparison"] else []))
+        for remark in summary["figures"].get("remarks", []):
+            print(f"Mind: {remark}.")
 
 
 def say(text):

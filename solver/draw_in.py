@@ -38,7 +38,8 @@ class RimGauge:
         level = crossing & (np.abs(vb - va) <= self.tolerance)
         weight = np.clip(np.divide(-va, vb - va, out=np.zeros_like(va), where=crossing & ~level), 0.0, 1.0)
         at = np.where(level, np.maximum(ua, ub), ua + weight * (ub - ua))
-        return float(np.max(at[crossing], initial=-np.inf)) if crossing.any() else np.nan
+        ahead = at[crossing & (at >= 0.0)]
+        return float(ahead.max()) if len(ahead) else np.nan
 
     def read(self, x):
         """Draw-in now [mm], positive towards the centre."""

@@ -39,6 +39,10 @@ class Energy:
         # Supports and loads do the rest of the work on the nodes.
         self.sums["external"] += 0.5 * float(np.sum((a.internal + b.internal) * moved)) - sheet_work
 
+    def torsion_share(self):
+        """Work the stabilisation has given or taken, relative to the external work so far."""
+        return abs(self.sums["torsion"]) / max(abs(self.sums["external"]), 1e-300)
+
     def totals(self, share):
         """{name: mJ of the whole part}, with the imbalance external - all others."""
         totals = {name: value / share for name, value in self.sums.items()}

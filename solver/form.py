@@ -42,7 +42,8 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     clock = time.perf_counter()
     sheet = build_sheet(scene.blank)
     old, new = (first_state(scene, sheet) for _ in range(2))
-    results = Results(plan=scene.plan())
+    driven = tuple(name for name, tool in scene.tools.items() if tool.force)
+    results = Results(plan=scene.plan(), lifted=driven)
     recorder, energy = Recorder(scene, sheet), Energy(sheet)
     checkpoint = Path(save).parent / "checkpoint.h5" if isinstance(save, (str, Path)) else None
     first_stage, begun = load_checkpoint(checkpoint, scene, old, results, energy) if resume else (0, None)
@@ -61,7 +62,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
             for step in march(sheet, stage, tools, old, new, begun, method, stops):
                 energy.add(old, new, tools, step.torsion_work)
                 old.copy_from(new)
-                recorder.row(k, step, old, tools, results)
+                recorder.row(k, step, old, energy, results)
                 here = k, step.march
                 if step.march.fraction in stops:
                     keep(recorder.frame(k, step.march.fraction, old, results), results, writer)

@@ -15,7 +15,7 @@ class Recorder:
         self.gauges = {name: RimGauge(sheet, direction, name) for name, direction in scene.blank.draw_in.items()}
         self.before = np.concatenate([[0.0], np.cumsum([stage.stroke for stage in scene.stages])])
 
-    def row(self, k, step, state, tools, results):
+    def row(self, k, step, state, energy, results):
         """Append one increment of stage k to the history."""
         fraction, outcome = step.march.fraction, step.outcome
         thickness = self.sheet.blank.thickness * np.exp(state.sheet.thickness_strain)
@@ -39,6 +39,7 @@ class Recorder:
             thickness_min=float(thickness.min()),
             thickness_max=float(thickness.max()),
             thinning_max=float(1.0 - thickness.min() / self.sheet.blank.thickness),
+            torsion_share=energy.torsion_share(),
             **columns,
         )
 

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+LARGEST_TORSION_SHARE = 0.02
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -46,15 +48,18 @@ class Results:
 
     history : {column: list}, one entry per increment: stage, increment, stroke, iterations, residual,
         n_contacts, force_<tool> [N, whole part, along the tool's axis, on the tool], travel_<tool> [mm],
-        draw_in_<name> [mm], thickness_min, thickness_max [mm], thinning_max
+        draw_in_<name> [mm], thickness_min, thickness_max [mm], thinning_max,
+        torsion_share (work of the torsion stabilisation relative to the external work so far)
     frames : [Frame], the ones asked for
     energy : {external: work by tools, loads and supports; internal, friction, contact, torsion; imbalance} [mJ],
         of the whole part
     plan : Plan, what ran and what was skipped
+    lifted : names of the tools driven by a force, whose lift tells of wrinkles
     finished : False where the run stopped early
     """
 
     plan: object
+    lifted: tuple = ()
     history: dict = field(default_factory=dict)
     frames: list = field(default_factory=list)
     energy: dict = field(default_factory=dict)
@@ -70,6 +75,31 @@ class Results:
         """History column interpolated at a stroke [mm]."""
         return float(np.interp(stroke, self.history["stroke"], self.history[column]))
 
+    def remarks(self):
+        """What a reader of the results has to know: strokes from which the membrane is no longer to be trusted."""
+        found = []
+        stroke = np.array(self.history.get("stroke", []))
+        if not len(stroke):
+            return found
+        share = np.array(self.history["torsion_share"])
+        leaning = (share > LARGEST_TORSION_SHARE) & (stroke > 0.1 * stroke[-1])
+        if leaning.any():
+            found.append(
+                f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
+                f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle"
+            )
+        thickest = np.array(self.history["thickness_max"])
+        growth = thickest - np.array(self.history["thickness_min"]) / (1.0 - np.array(self.history["thinning_max"]))
+        for name in self.lifted:
+            travel = np.array(self.history[f"travel_{name}"])
+            riding = np.abs(travel - travel[0]) > 1.5 * growth + 0.02 * thickest
+            if riding.any():
+                found.append(
+                    f"from {stroke[riding][0]:.3g} mm on, {name} is lifted by wrinkles, not by the sheet's thickness: "
+                    "a membrane has no bending stiffness against them"
+                )
+        return found
+
     def summary(self):
         """Figures a report opens with: {name: number or text}."""
         last = {name: values[-1] for name, values in self.history.items() if values}
@@ -81,6 +111,7 @@ class Results:
             "increments": len(iterations),
             "iterations": int(np.sum(iterations)),
             **forces,
+            "remarks": self.remarks(),
             **{f"energy_{k}": v for k, v in self.energy.items()},
             **{f"seconds_{k}": v for k, v in self.seconds.items()},
         }

@@ -51,8 +51,8 @@ class Implicit:
     newton: Newton = field(default_factory=Newton)
     increments: Increments = field(default_factory=Increments)
     torsion: float = 0.01
-    compression: float = 1.0
-    smooth: float = 1.0
+    compression: float = 2.0
+    smooth: float = 0.75
     penalty: float = 3.0
     stick: float = 0.03
     skin: float = 3e-3

@@ -4,6 +4,7 @@ import logging
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numba
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -110,6 +111,18 @@ def test_node_order_and_rigid_motion_do_not_matter():
     blank = replace(scene.blank, mesh=turned, rolling=(0.0, 1.0, 0.0))
     third = form(replace(scene, blank=blank), tight, frames=2).frames[-1]
     assert third.points == pytest.approx(first.points @ turn.T, abs=1e-6)
+
+
+def test_one_and_two_threads_give_the_same_bits():
+    before = numba.get_num_threads()
+    try:
+        points = []
+        for n_threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
+            numba.set_num_threads(n_threads)
+            points.append(form(punch_stretch(size=4.0), frames=2).frames[-1].points)
+    finally:
+        numba.set_num_threads(before)
+    assert np.array_equal(*points)
 
 
 def bulge(size, frames=20):
