@@ -67,7 +67,7 @@ def place_tools(stage, points, half_thickness):
         distance = closing_distance(tool, points, half_thickness, press * axis, tolerance)
         if distance is None:
             raise SceneError(
-                f"tool {tool.name!r}: moving along {tuple((press * axis).tolist())} it never meets the blank, "
+                f"tool {tool.name!r}: moving along {_arrow(press * axis)} it never meets the blank, "
                 f"which lies in {_box(points)}; expected the blank in its way"
             )
         if tool.gap is not None:
@@ -85,7 +85,7 @@ def _check_fixed(tool, points, half_thickness, forward, tolerance, thickness):
         )
     if forward is not None and closing_distance(tool, points, half_thickness, -forward, tolerance) is None:
         raise SceneError(
-            f"tool {tool.name!r}: the blank misses it: pushed along {tuple(forward.tolist())}, the blank in "
+            f"tool {tool.name!r}: the blank misses it: pushed along {_arrow(forward)}, the blank in "
             f"{_box(points)} never meets it"
         )
 
@@ -93,3 +93,7 @@ def _check_fixed(tool, points, half_thickness, forward, tolerance, thickness):
 def _box(points):
     low, high = points.min(axis=0), points.max(axis=0)
     return " x ".join(f"[{a:.4g}, {b:.4g}]" for a, b in zip(low, high, strict=True)) + " mm"
+
+
+def _arrow(direction):
+    return "(" + ", ".join(f"{c + 0.0:g}" for c in direction) + ")"

@@ -17,6 +17,10 @@ class Neighbourhood:
         self.seed = None
         self.n_projected = self.n_asked = 0
 
+    def seeds(self, nodes):
+        """Where the last searches of these nodes ended, or None before the first."""
+        return None if self.seed is None else self.seed[nodes]
+
     def project(self, points, reach):
         """Exact projection of the nodes that may lie closer than their reach.
 
@@ -27,8 +31,7 @@ class Neighbourhood:
         near = np.flatnonzero(bound <= reach)
         self.n_asked += len(points)
         self.n_projected += len(near)
-        seed = None if self.seed is None else self.seed[near]
-        hit = self.surface.project(points[near], seed)
+        hit = self.surface.project(points[near], self.seeds(near))
         if self.seed is None:
             self.seed = np.zeros((len(points), *hit.seed.shape[1:]), dtype=hit.seed.dtype)
         self.place[near] = points[near]

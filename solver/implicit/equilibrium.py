@@ -72,8 +72,10 @@ class Equilibrium:
                     self.fixed[sheet.blank.nodes_of(group), axis] = True
 
     def begin(self, old, new):
-        """Freeze what an increment takes from its start: torsion moduli and thickness from the old state, the
-        smooth normals from the new one's predicted positions."""
+        """Finish the prediction and freeze what an increment takes from its start: torsion moduli and thickness from
+        the old state, the smooth normals from the new one's predicted positions."""
+        self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
+        self.follow_tools(old, new)
         cells = self.sheet.membranes.cells
         torsion_moduli(old.sheet.second_stress, self.torsion, self.compression, self.modulus)
         vector_areas(new.sheet.x, cells, self.slot_force)
@@ -81,7 +83,19 @@ class Equilibrium:
         gather_forces(self.slot_force, self.sheet.pattern.node_first, self.sheet.pattern.node_slot, nodal)
         nodal[self.sheet.mirrored] = 0.0
         smooth_normals(nodal, self.slot_force, cells, self.smooth, self.normal)
-        self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
+
+    def follow_tools(self, old, new):
+        """Put the predicted nodes that touch a tool of prescribed motion back to the gap they had: along its exact
+        curvature, and with the thickness of now."""
+        for run in self.tools:
+            before = old.tools[run.tool.name]
+            nodes = np.flatnonzero(before.status != OPEN)
+            if run.load > 0.0 or not len(nodes):
+                continue
+            place = new.sheet.x[nodes] - new.tools[run.tool.name].travel * run.axis
+            hit = run.tool.surface.project(place, run.neighbourhood.seeds(nodes))
+            lift = (self.half_thickness[nodes] + before.gap[nodes] - hit.distance)[:, None] * hit.normal
+            new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, lift)
 
     def evaluate(self, old, new, pressure, first=False):
         """Fill new from its positions and tool travels. Returns the residuals: nodes (n, 3), 0 where fixed,
