@@ -78,9 +78,9 @@ class Results:
     def remarks(self):
         """What a reader of the results has to know: strokes from which the membrane is no longer to be trusted."""
         found = []
-        stroke = np.array(self.history.get("stroke", []))
-        if not len(stroke):
+        if "torsion_share" not in self.history:
             return found
+        stroke = np.array(self.history["stroke"])
         share = np.array(self.history["torsion_share"])
         leaning = (share > LARGEST_TORSION_SHARE) & (stroke > 0.1 * stroke[-1])
         if leaning.any():
