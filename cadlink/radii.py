@@ -8,9 +8,16 @@ from cadlink.records import PATCHES
 from cadlink.skin import build_skin
 
 
-def smallest_radii(record):
-    """(concave, convex) radius [mm], inf where there is none. record: "skin" of a part."""
+DEGENERATE = 1e-6  # radii below this part of the size are a patch's collapsed side, not a shape
+
+
+def smallest_radii(record, size):
+    """(concave, convex) radius [mm], inf where there is none.
+
+    record : "skin" of a part; size : its largest extent [mm]
+    """
     skin = build_skin(record)
+    sharpest = 1.0 / (DEGENERATE * size)
     least, most = 0.0, 0.0
     for face in skin.faces:
         if face["form"] == PATCHES:
@@ -18,10 +25,11 @@ def smallest_radii(record):
         u, _, v0, v1 = face["box"]
         for v in np.linspace(v0, v1, 9):
             _, k1, k2, _ = shape_on_form(face, u, v)
-            if abs(k1) < 1e9 and abs(k2) < 1e9:  # not the apex of a cone
+            if max(abs(k1), abs(k2)) < sharpest:  # not the apex of a cone
                 least, most = min(least, k2), max(most, k1)
     sense = skin.faces["sense"][skin.patches["face"][skin.leaves["patch"]]]
     bend = skin.leaves["bend"] / SAFETY
+    bend = np.where(bend < sharpest, bend, 0.0)
     # bend[:, 0] hollows the side of S_s x S_t; that is the outside where sense > 0.
     hollow = np.where(sense > 0.0, bend[:, 0], bend[:, 1])
     bulge = np.where(sense > 0.0, bend[:, 1], bend[:, 0])

@@ -102,7 +102,7 @@ class Part:
         """
         from cadlink.radii import smallest_radii  # numba loads only when asked
 
-        return smallest_radii(self.record["skin"])
+        return smallest_radii(self.record["skin"], float(np.ptp(self.bounding_box, axis=0).max()))
 
     @property
     def smallest_concave_radius(self):
