@@ -43,4 +43,6 @@ $(STAMP): pyproject.toml
 	    { $(BIN)/python -m pip --version >/dev/null 2>&1 || $$python -m venv --clear $(VENV); }
 	@echo "installing cadlink and its dependencies into $(VENV): some minutes the first time"
 	$(BIN)/python -m pip install --disable-pip-version-check --quiet --editable '.[cad,dev]'
+	@echo "compiling the kernels: half a minute, once"
+	$(BIN)/python -m plugins.compile_kernels examples/square_cup/aluminium.toml
 	@touch $@

@@ -7,7 +7,6 @@ from cadlink.primitives import shape_on_form
 from cadlink.records import PATCHES
 from cadlink.skin import build_skin
 
-
 DEGENERATE = 1e-6  # radii below this part of the size are a patch's collapsed side, not a shape
 
 

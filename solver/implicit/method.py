@@ -30,8 +30,8 @@ class Increments:
     first: float = 0.1
     largest: float = 0.5
     smallest: float = 1e-7
-    swift: int = 7
-    slow: int = 12
+    swift: int = 10
+    slow: int = 18
 
 
 @dataclass(frozen=True)
