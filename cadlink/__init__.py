@@ -4,7 +4,11 @@ Importing this package loads nothing heavy: each public name brings its own modu
 time it is used.
 """
 
+import os
 from importlib import import_module
+
+# Idle threads sleep: a spinning one would hold up whoever shares the machine.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 _HOME = {
     "read_step": "cadlink.step",
