@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cadlink import read_step
 from cadlink.blank import Mesh, mesh_blank, run_worker
 from cadlink.errors import CadError
 from cadlink.outline import Disc, Polygon, Rectangle
@@ -217,11 +218,6 @@ def test_star_shaped_polygons(radii, size):
 # ---- plates and faces from CAD
 
 
-@pytest.fixture
-def occ():
-    return pytest.importorskip("OCP")
-
-
 def box(low, high):
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
     from OCP.gp import gp_Pnt
@@ -258,7 +254,7 @@ def faces_of(shape):
         explorer.Next()
 
 
-def test_plate_is_meshed_on_its_mid_plane(occ):
+def test_plate_is_meshed_on_its_mid_plane():
     plate = box((-75.0, -75.0, 0.0), (75.0, 75.0, 0.81))
     outline = blank_outline(plate)
     assert outline.thickness == pytest.approx(0.81, rel=1e-12) and outline.area == pytest.approx(22500.0)
@@ -271,7 +267,7 @@ def test_plate_is_meshed_on_its_mid_plane(occ):
     assert mesh_blank(outline, size=9.0, z=-3.0).points[:, 2] == pytest.approx(-3.0)
 
 
-def test_pierced_plate_keeps_its_holes(occ):
+def test_pierced_plate_keeps_its_holes():
     plate = pierced(pierced(box((-60.0, -40.0, 1.0), (60.0, 40.0, 3.0)), 10.0, 0.0, 0.0), 5.0, 40.0, 20.0)
     mesh = mesh_blank(plate, size=2.0)
     assert blank_outline(plate).area == pytest.approx(9600 - 125 * pi)
@@ -282,7 +278,7 @@ def test_pierced_plate_keeps_its_holes(occ):
         mesh_blank(plate, size=5.0, symmetry=("x",))
 
 
-def test_plate_on_another_plane(occ):
+def test_plate_on_another_plane():
     upright = mesh_blank(box((3.0, -30.0, -20.0), (5.0, 30.0, 20.0)), size=5.0, symmetry=("y", "z"))
     assert np.array_equal(upright.normal, [1.0, 0.0, 0.0]) and upright.points[:, 0] == pytest.approx(4.0)
     assert (upright.points[upright.groups["symmetry_z"], 2] == 0.0).all() and upright.areas.min() > 0.0
@@ -297,7 +293,7 @@ def test_plate_on_another_plane(occ):
         mesh_blank(turned(box((-30.0, -20.0, 0.0), (30.0, 20.0, 2.0)), 0.3), size=5.0, symmetry=("y",))
 
 
-def test_a_face_with_an_elliptic_edge(occ):
+def test_a_face_with_an_elliptic_edge():
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
     from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt
 
@@ -312,7 +308,7 @@ def test_a_face_with_an_elliptic_edge(occ):
         mesh_blank(face, size=1.0, arrangement="structured")
 
 
-def test_sheet_face_has_no_thickness(occ):
+def test_sheet_face_has_no_thickness():
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
@@ -330,14 +326,13 @@ def test_sheet_face_has_no_thickness(occ):
     assert plate.thickness == pytest.approx(5.0) and plate.simple == Disc(20.0, (1.0, 2.0))
 
 
-def test_plate_from_a_step_file(occ, tmp_path):
-    step = pytest.importorskip("cadlink.step")
+def test_plate_from_a_step_file(tmp_path):
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
     writer = STEPControl_Writer()
     writer.Transfer(box((-50.0, -30.0, 2.0), (50.0, 30.0, 3.2)), STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(tmp_path / "plate.step"))
-    (part,) = step.read_step(tmp_path / "plate.step").values()
+    (part,) = read_step(tmp_path / "plate.step").values()
     mesh = mesh_blank(part, size=4.0, symmetry=("x",))
     assert mesh.thickness == pytest.approx(1.2) and mesh.points[:, 2] == pytest.approx(2.6)
     assert mesh.areas.sum() == pytest.approx(3000.0)
@@ -404,7 +399,7 @@ def test_wrong_input_is_one_clear_line(make, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_plate_is_needed(occ):
+def test_a_plate_is_needed():
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
 
     with pytest.raises(CadError, match="no planar face"):
