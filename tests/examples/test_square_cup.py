@@ -34,6 +34,7 @@ def test_draw_in_at_15_mm(tmp_path):
 
 
 def test_halving_the_torsion_stiffness_moves_nothing_by_a_thousandth(tmp_path):
+    # The paper's T* alone: the part added under compression moves the force by a per cent (README).
     # Small even increments, the same in both runs: only the stiffness differs.
     scene = cup(tmp_path, 2.5, 5.0)
     method = Implicit(increments=Increments(largest=0.04))
