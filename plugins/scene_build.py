@@ -67,13 +67,17 @@ def build_blank(keys, parts):
         raise BuildError(f"blank.thickness: missing, expected a length in mm: part {described.part!r} is no plate")
     with about("material"):
         material = build_material(keys.material)
+    if described.element == "membrane" and described.layers:
+        raise BuildError(f"blank.layers: found {described.layers}, expected none: a membrane has no layers")
     with about("blank"):
         return solver.Blank(
             mesh,
             thickness=thickness,
             material=material,
+            element=solver.Membrane() if described.element == "membrane" else solver.Shell(described.layers or 7),
             rolling=described.rolling,
             fixed=described.fixed,
+            clamped=tuple(described.clamped),
             draw_in=described.draw_in,
         )
 

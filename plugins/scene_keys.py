@@ -72,6 +72,15 @@ def _axes(value):
     return value
 
 
+def _layers(value):
+    if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= 51:
+        raise wrong(shown(value), "a number of layers from 2 to 51, such as 7")
+    return value
+
+
+Layers = Annotated[int, BeforeValidator(_layers)]
+
+
 class Blank(Table):
     part: Name | None = None
     outline: Annotated[Outline, BeforeValidator(_one_outline)] | None = None
@@ -79,8 +88,11 @@ class Blank(Table):
     arrangement: Literal["structured", "unstructured"] = "structured"
     symmetry: list[Literal["x", "y"]] = []
     thickness: PositiveLength | None = None
+    element: Literal["shell", "membrane"] = "shell"
+    layers: Layers | None = None
     rolling: Direction = (1.0, 0.0, 0.0)
     fixed: dict[str, Annotated[str, BeforeValidator(_axes)]] = {}
+    clamped: list[Name] = []
     draw_in: dict[str, Direction] = {}
 
 

@@ -12,10 +12,10 @@ from .materials.hardening import HockettSherby, Ludwik, Sum, Swift, Table, Voce
 from .materials.material import Material
 from .materials.planar_hill import PlanarHill, VonMises
 from .results import Frame, Progress, Results
-from .scene import Blank, Coulomb, Scene, Stage, Tool
+from .scene import Blank, Coulomb, Membrane, Scene, Shell, Stage, Tool
 
 __all__ = [
-    "Blank", "Coulomb", "Frame", "HockettSherby", "Implicit", "Increments", "Ludwik", "Material", "Newton",
-    "PlanarHill", "Progress", "Results", "Scene", "SceneError", "Stage", "StepFailed", "Sum", "Swift", "Table",
+    "Blank", "Coulomb", "Frame", "HockettSherby", "Implicit", "Increments", "Ludwik", "Material", "Membrane", "Newton",
+    "PlanarHill", "Progress", "Results", "Scene", "SceneError", "Shell", "Stage", "StepFailed", "Sum", "Swift", "Table",
     "Tool", "Voce", "VonMises", "form",
 ]  # fmt: skip

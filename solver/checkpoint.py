@@ -19,7 +19,8 @@ def fingerprint(scene):
     digest = hashlib.sha256()
     digest.update(np.ascontiguousarray(scene.blank.mesh.points, dtype=float).tobytes())
     digest.update(np.ascontiguousarray(scene.blank.mesh.cells, dtype=np.int64).tobytes())
-    digest.update(repr((scene.blank.thickness, scene.blank.material, tuple(scene.blank.rolling))).encode())
+    blank = scene.blank
+    digest.update(repr((blank.thickness, blank.material, blank.element, tuple(blank.rolling), blank.clamped)).encode())
     for stage in scene.stages:
         tools = [(t.name, t.friction, tuple(t.axis), t.travel, t.force, t.gap) for t in stage.tools]
         digest.update(repr((stage.name, stage.pressure, dict(stage.moved), tools)).encode())

@@ -13,7 +13,7 @@ class RimGauge:
 
     def __init__(self, sheet, direction, name):
         blank, points = sheet.blank, sheet.points
-        normal = sheet.membranes.axes[:, 2].mean(axis=0)
+        normal = sheet.triangles.axes[:, 2].mean(axis=0)
         normal /= np.linalg.norm(normal)
         along = np.asarray(direction, dtype=float)
         along = along - (along @ normal) * normal
@@ -24,7 +24,7 @@ class RimGauge:
         self.centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
         for axis in blank.symmetry_planes:
             self.centre["xyz".index(axis)] = 0.0
-        self.sides = rim_sides(blank, sheet.membranes.cells)
+        self.sides = rim_sides(blank, sheet.triangles.cells)
         self.tolerance = 1e-9 * np.ptp(points, axis=0).max()
         self.start = self.radius(points)
         if not np.isfinite(self.start):

@@ -20,7 +20,7 @@ class Energy:
         """One accepted increment; torsion : work of the stabilisation [mJ]."""
         self.sums["torsion"] += torsion
         a, b = old.sheet, new.sheet
-        volume = self.sheet.membranes.volume
+        volume = self.sheet.elements.point_volume
         self.sums["internal"] += 0.5 * float(np.sum(volume[:, None] * (a.stress + b.stress) * (b.strain - a.strain)))
         moved = b.x - a.x
         sheet_work = 0.0
@@ -37,7 +37,7 @@ class Energy:
             self.sums["external"] += tool
             sheet_work += friction + normal + tool
         # Supports and loads do the rest of the work on the nodes.
-        self.sums["external"] += 0.5 * float(np.sum((a.internal + b.internal) * moved)) - sheet_work
+        self.sums["external"] += 0.5 * float(np.sum((a.internal + b.internal) * (b.u - a.u))) - sheet_work
 
     def torsion_share(self):
         """Work the stabilisation has given or taken, relative to the external work so far."""

@@ -87,8 +87,9 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
 
 def first_state(scene, sheet):
     """The flat blank and tools that touch nothing."""
-    n_nodes, n_tris = len(sheet.points), len(sheet.membranes.cells)
-    return State(new_sheet(sheet.points, n_tris), {name: new_contact(n_nodes) for name in scene.tools})
+    n_nodes, elements = len(sheet.points), sheet.elements
+    flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume))
+    return State(flat, {name: new_contact(n_nodes) for name in scene.tools})
 
 
 def close_tools(sheet, stage, state):

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from .elements.formulation import Shell
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -21,18 +23,24 @@ def plan(scene):
     """Plan of a scene."""
     blank, material = scene.blank, scene.blank.material
     n_nodes, n_tris = len(blank.mesh.points), len(blank.mesh.cells)
+    kind = "shell" if isinstance(blank.element, Shell) else "membrane"
     runs = [
         (
             "sheet",
-            f"{n_tris} membrane triangles, {n_nodes} nodes, about {blank.mesh_size:.3g} mm, t = {blank.thickness:g} mm",
+            f"{n_tris} {kind} triangles, {n_nodes} nodes, about {blank.mesh_size:.3g} mm, t = {blank.thickness:g} mm",
         ),
         (
             "material",
             f"{material.name}: {_name(material.locus)} with {_name(material.hardening)}, plane stress",
         ),
-        ("torsion stabilisation", "a membrane has no stiffness out of its plane"),
     ]
-    skips = [("bending, layers", "a membrane carries none; springback and wrinkling need a shell")]
+    skips = []
+    if isinstance(blank.element, Shell):
+        runs.append(("bending", f"{blank.element.layers} layers through the thickness"))
+        skips.append(("torsion stabilisation", "a shell has its own stiffness out of its plane"))
+    else:
+        runs.append(("torsion stabilisation", "a membrane has no stiffness out of its plane"))
+        skips.append(("bending, layers", "a membrane carries none; springback and compression need a shell"))
     skips.append(("backstress", "isotropic hardening"))
     if blank.symmetry_planes:
         planes = ", ".join(blank.symmetry_planes)

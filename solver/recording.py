@@ -18,7 +18,7 @@ class Recorder:
     def row(self, k, step, state, energy, results):
         """Append one increment of stage k to the history."""
         fraction, outcome = step.march.fraction, step.outcome
-        thickness = self.sheet.blank.thickness * np.exp(state.sheet.thickness_strain)
+        thickness = self.sheet.thickness(state.sheet.thickness_strain)
         touching = np.zeros(len(self.sheet.points), dtype=bool)
         columns = {}
         for name in self.scene.tools:
@@ -46,13 +46,14 @@ class Recorder:
     def frame(self, k, fraction, state, results):
         """Frame of stage k at a fraction of it."""
         points, cells = state.sheet.x, {}
-        thickness = self.sheet.blank.thickness * np.exp(state.sheet.thickness_strain)
-        major, minor = principal_strains(state.sheet.strain)
+        thickness = self.sheet.thickness(state.sheet.thickness_strain)
+        major, minor = principal_strains(self.sheet.middle(state.sheet.strain))
         cells["thickness"] = thickness
         cells["thinning"] = 1.0 - thickness / self.sheet.blank.thickness
         cells["strain_major"], cells["strain_minor"] = major, minor
-        cells["plastic_strain"] = state.sheet.equivalent.copy()
-        cells["stress"] = cauchy_stress(self.sheet.membranes, state.sheet)
+        for suffix, layer in shown_layers(len(self.sheet.elements.weight)).items():
+            cells["plastic_strain" + suffix] = state.sheet.equivalent.reshape(len(thickness), -1)[:, layer].copy()
+            cells["stress" + suffix] = cauchy_stress(self.sheet.elements, state.sheet, layer)
         return Frame(
             stage=self.scene.stages[k].name,
             increment=len(results.history.get("increment", [])),
@@ -70,7 +71,7 @@ class Recorder:
         x = state.sheet.x
         n = len(x)
         half = 0.5 * self.sheet.nodal_thickness(state.sheet.thickness_strain)
-        area = current_areas(self.sheet.membranes.cells, x)
+        area = current_areas(self.sheet.triangles.cells, x)
         gap, nearest = np.full(n, np.inf), np.full(n, -1)
         pressure, traction = np.zeros(n), np.zeros((n, 3))
         for tool in self.scene.stages[k].tools:
@@ -97,16 +98,22 @@ def principal_strains(strain):
     return mean + radius, mean - radius
 
 
-def cauchy_stress(membranes, sheet):
-    """Cauchy stress in space, (m, 6) xx yy zz xy yz xz [MPa]: a S a^T / J, J the ratio of volumes."""
-    corner = sheet.x[membranes.cells]
-    tangents = np.einsum("mic,mia->mca", corner, membranes.gradients)
-    s = sheet.second_stress
-    tensor = np.empty((len(s), 2, 2))
+def shown_layers(n_layers):
+    """Layers that are written, {suffix of the field's name: layer}: the middle, and of a shell the outermost."""
+    shown = {"": n_layers // 2}
+    return shown if n_layers == 1 else shown | {"_top": n_layers - 1, "_bottom": 0}
+
+
+def cauchy_stress(elements, sheet, layer):
+    """Cauchy stress of a layer in space, (m, 6) xx yy zz xy yz xz [MPa]: a S a^T / J, J the ratio of volumes."""
+    tangents = elements.layer_tangents(sheet, layer)
+    m = len(tangents)
+    s, metric = (values.reshape(m, -1, 3)[:, layer] for values in (sheet.second_stress, sheet.metric))
+    tensor = np.empty((m, 2, 2))
     tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 0, 1], tensor[:, 1, 0] = s[:, 0], s[:, 1], s[:, 2], s[:, 2]
-    determinant = sheet.metric[:, 0] * sheet.metric[:, 1] - sheet.metric[:, 2] ** 2
-    volume_ratio = np.sqrt(determinant) * np.exp(sheet.thickness_strain)
-    full = np.einsum("mca,mab,mdb->mcd", tangents, tensor, tangents) / volume_ratio[:, None, None]
+    determinant = metric[:, 0] * metric[:, 1] - metric[:, 2] ** 2
+    volume_ratio = np.sqrt(determinant) * np.exp(sheet.thickness_strain.reshape(m, -1)[:, layer])
+    full = np.einsum("mac,mab,mbd->mcd", tangents, tensor, tangents) / volume_ratio[:, None, None]
     return np.stack([full[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
 
 

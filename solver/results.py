@@ -17,7 +17,8 @@ class Frame:
     point_fields : displacement (n, 3) mm, contact_gap (n,) mm, contact_pressure (n,) MPa,
         friction_traction (n, 3) MPa, contact_tool (n,) index of the nearest tool or -1
     cell_fields : thickness (m,) mm, thinning (m,) 1, strain_major (m,), strain_minor (m,) log strains,
-        plastic_strain (m,) equivalent, stress (m, 6) Cauchy xx yy zz xy yz xz MPa
+        plastic_strain (m,) equivalent, stress (m, 6) Cauchy xx yy zz xy yz xz MPa; of a shell the middle layer, and
+        the outermost ones with _top and _bottom
     tool_offsets : {tool name: (3,) mm displacement from its place in the CAD file}
     """
 
@@ -76,7 +77,7 @@ class Results:
         return float(np.interp(stroke, self.history["stroke"], self.history[column]))
 
     def remarks(self):
-        """What a reader of the results has to know: strokes from which the membrane is no longer to be trusted."""
+        """What a reader has to know: from which stroke a membrane wants to wrinkle, or a tool rides on wrinkles."""
         found = []
         if "torsion_share" not in self.history:
             return found
@@ -86,7 +87,7 @@ class Results:
         if leaning.any():
             found.append(
                 f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
-                f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle"
+                f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle; use a shell"
             )
         thickest = np.array(self.history["thickness_max"])
         growth = thickest - np.array(self.history["thickness_min"]) / (1.0 - np.array(self.history["thinning_max"]))
@@ -95,8 +96,7 @@ class Results:
             riding = np.abs(travel - travel[0]) > 1.5 * growth + 0.02 * thickest
             if riding.any():
                 found.append(
-                    f"from {stroke[riding][0]:.3g} mm on, {name} is lifted by wrinkles, not by the sheet's thickness: "
-                    "a membrane has no bending stiffness against them"
+                    f"from {stroke[riding][0]:.3g} mm on, {name} is lifted by wrinkles, not by the sheet's thickness"
                 )
         return found
 

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .elements.formulation import Membrane, Shell
 from .errors import SceneError
 from .materials.material import Material
 
@@ -48,8 +49,10 @@ class Blank:
         plane; forces and tool loads are then those of the whole part.
     thickness : mm
     material : Material
+    element : Shell(layers=7), the default, or Membrane()
     rolling : rolling direction, a vector in space, projected on each triangle
-    fixed : {group: axes held}, for example {"rim": "xyz"}
+    fixed : {group: axes held}, for example {"rim": "xyz"}; a shell may still turn about it
+    clamped : groups of nodes held in place, on whose edges a shell cannot turn either
     draw_in : {name: direction} along which the movement of the rim towards the blank's centre is
         recorded, for example {"DX": (1, 0, 0)}
     """
@@ -57,8 +60,10 @@ class Blank:
     mesh: Any
     thickness: float
     material: Material
+    element: Membrane | Shell = Shell()
     rolling: Sequence[float] = (1.0, 0.0, 0.0)
     fixed: Mapping[str, str] = field(default_factory=dict)
+    clamped: Sequence[str] = ()
     draw_in: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def __post_init__(self):
@@ -74,6 +79,10 @@ class Blank:
         missing = np.setdiff1d(np.arange(len(points)), cells)
         if len(missing):
             raise SceneError(f"blank mesh: node {missing[0]} belongs to no triangle")
+        if not isinstance(self.element, (Membrane, Shell)):
+            raise SceneError(f"blank element: found {self.element!r}, expected Shell() or Membrane()")
+        for group in self.clamped:
+            self.nodes_of(group)
         for group, axes in self.fixed.items():
             self.nodes_of(group)
             if not axes or set(axes) - set(AXES):

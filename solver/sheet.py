@@ -4,54 +4,77 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .elements.assembly import Pattern, build_pattern, gather_thickness
-from .elements.membrane import Membranes, build_membranes
+from .elements.assembly import Corners, Pattern, build_corners, build_pattern, gather_thickness
+from .elements.formulation import MembraneElements, SheetMesh, ShellElements
 from .materials.hardening import tabulate
 from .scene import AXES, Blank
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """points (n, 3) initial nodes [mm]; area (n,) tributary area of each node [mm^2]; held (n, 3) bool,
-    unknowns that symmetry or the blank's `fixed` groups keep in place; mirrored (n, 3) bool, those of symmetry
-    alone; table: hardening curve; size: median side of the triangles [mm]."""
+    """points (n, 3) initial nodes [mm]; elements: membranes or shells; corners: of the triangles' own nodes; pattern:
+    of the unknowns, n nodes and then k edge slopes; area (n,) tributary area of each node [mm^2]; held (n + k, 3) bool,
+    unknowns that symmetry, supports or clamps keep in place; table: hardening curve; size: median side of the
+    triangles [mm]."""
 
     blank: Blank
     points: np.ndarray
-    membranes: Membranes
+    elements: MembraneElements | ShellElements
+    corners: Corners
     pattern: Pattern
     table: np.ndarray
     area: np.ndarray
     held: np.ndarray
-    mirrored: np.ndarray
     size: float
+
+    @property
+    def triangles(self):
+        """The triangles in their initial shape."""
+        return self.elements.triangles
 
     @property
     def contact_stiffness(self):
         """Scale of the contact stiffness, E t / size^2 [MPa/mm]."""
         return self.blank.material.young * self.blank.thickness / self.size**2
 
+    def middle(self, values):
+        """Values of the points (p, ...) at the triangles' mid-surface, (m, ...)."""
+        layers = values.reshape(len(self.triangles.cells), -1, *values.shape[1:])
+        n = layers.shape[1]
+        return 0.5 * (layers[:, (n - 1) // 2] + layers[:, n // 2])
+
+    def thickness(self, thickness_strain):
+        """Current thickness of the triangles (m,) [mm]. thickness_strain : (p,)"""
+        mean = thickness_strain.reshape(len(self.triangles.cells), -1) @ self.elements.weight
+        return self.blank.thickness * np.exp(mean)
+
     def nodal_thickness(self, thickness_strain):
-        """Current thickness at the nodes (n,) [mm]. thickness_strain : (m,)"""
-        thickness = self.blank.thickness * np.exp(thickness_strain)
+        """Current thickness at the nodes (n,) [mm]. thickness_strain : (p,)"""
         nodal = np.empty(len(self.points))
-        gather_thickness(thickness, self.membranes.area, self.pattern.node_first, self.pattern.node_slot, nodal)
+        gather_thickness(self.thickness(thickness_strain), self.triangles.area, *self.corners, nodal)
         return nodal
 
 
 def build_sheet(blank):
-    """Sheet of a blank. Raises SceneError where its hardening curve is not one."""
+    """Sheet of a blank. Raises SceneError where its mesh or its hardening curve is not one."""
     points = np.array(blank.mesh.points, dtype=float, order="C")
-    cells = np.asarray(blank.mesh.cells, dtype=np.int64)
-    membranes = build_membranes(points, cells, blank.thickness, blank.rolling)
-    area = np.zeros(len(points))
-    np.add.at(area, cells.ravel(), np.repeat(membranes.area / 3.0, 3))
+    cells = np.ascontiguousarray(blank.mesh.cells, dtype=np.int64)
+    planes = {AXES.index(axis): blank.nodes_of(f"symmetry_{axis}") for axis in blank.symmetry_planes}
+    clamped = np.concatenate([np.zeros(0, dtype=np.int64), *(blank.nodes_of(group) for group in blank.clamped)])
     held = np.zeros(points.shape, dtype=bool)
-    for axis in blank.symmetry_planes:
-        held[blank.nodes_of(f"symmetry_{axis}"), AXES.index(axis)] = True
-    mirrored = held.copy()
+    for axis, nodes in planes.items():
+        held[nodes, axis] = True
     for group, axes in blank.fixed.items():
         held[np.ix_(blank.nodes_of(group), [AXES.index(axis) for axis in axes])] = True
-    pattern = build_pattern(cells, len(points))
+    held[clamped] = True
+    corners = build_corners(cells, len(points))
+    elements = blank.element.build(
+        SheetMesh(points, cells, blank.thickness, tuple(blank.rolling), planes, clamped, blank.mesh_size)
+    )
+    slopes = np.tile([False, True, True], (elements.n_slopes, 1))
+    area = np.zeros(len(points))
+    np.add.at(area, cells.ravel(), np.repeat(elements.triangles.area / 3.0, 3))
+    pattern = build_pattern(elements.slots, len(points) + elements.n_slopes, elements.n_translations)
     table = tabulate(blank.material.hardening)
-    return Sheet(blank, points, membranes, pattern, table, area, held, mirrored, blank.mesh_size)
+    held = np.vstack([held, slopes])
+    return Sheet(blank, points, elements, corners, pattern, table, area, held, blank.mesh_size)

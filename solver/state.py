@@ -1,4 +1,7 @@
-"""The arrays that change, grouped by the stage that fills them. n nodes, m triangles."""
+"""The arrays that change, grouped by the stage that fills them.
+
+n nodes, k edge slopes of a shell, p integration points: one a triangle in a membrane, one a layer in a shell.
+"""
 
 from dataclasses import dataclass, fields
 
@@ -26,20 +29,26 @@ class SheetState(Arrays):
     """The sheet at one instant."""
 
     # move
-    x: np.ndarray  # (n, 3) node positions [mm]
+    u: np.ndarray  # (n + k, 3) node positions; below them edge slopes times mesh size, in the first column [mm]
     # strain
-    metric: np.ndarray  # (m, 3) C11, C22, C12
+    metric: np.ndarray  # (p, 3) C11, C22, C12
     # material
-    strain: np.ndarray  # (m, 3) logarithmic strain H11, H22, 2 H12
-    plastic: np.ndarray  # (m, 3) its plastic part
-    equivalent: np.ndarray  # (m,) equivalent plastic strain
-    stress: np.ndarray  # (m, 3) T, conjugate to H [MPa]
-    thickness_strain: np.ndarray  # (m,) H33
-    second_stress: np.ndarray  # (m, 3) second Piola-Kirchhoff S [MPa]
-    tangent: np.ndarray  # (m, 3, 3) dS/dE [MPa]
+    strain: np.ndarray  # (p, 3) logarithmic strain H11, H22, 2 H12
+    plastic: np.ndarray  # (p, 3) its plastic part
+    equivalent: np.ndarray  # (p,) equivalent plastic strain
+    stress: np.ndarray  # (p, 3) T, conjugate to H [MPa]
+    thickness_strain: np.ndarray  # (p,) H33
+    second_stress: np.ndarray  # (p, 3) second Piola-Kirchhoff S [MPa]
+    tangent: np.ndarray  # (p, 3, 3) dS/dE [MPa]
     # gather
-    internal: np.ndarray  # (n, 3) internal forces [N]
-    external: np.ndarray  # (n, 3) forces of the pressure [N]
+    internal: np.ndarray  # (n + k, 3) internal forces [N]
+    external: np.ndarray  # (n + k, 3) forces of the pressure [N]
+    n_nodes: int
+
+    @property
+    def x(self):
+        """Node positions, (n, 3) [mm], the same memory as u."""
+        return self.u[: self.n_nodes]
 
 
 @dataclass
@@ -72,20 +81,22 @@ class State:
             contact.copy_from(other.tools[name])
 
 
-def new_sheet(points, n_tris):
-    """A flat, stress-free sheet. points : (n, 3)"""
+def new_sheet(points, n_slopes, n_points):
+    """A sheet in its initial shape, stress-free. points : (n, 3)"""
+    n_rows = len(points) + n_slopes
     return SheetState(
-        x=np.array(points, dtype=float, order="C"),
-        metric=np.tile([1.0, 1.0, 0.0], (n_tris, 1)),
-        strain=np.zeros((n_tris, 3)),
-        plastic=np.zeros((n_tris, 3)),
-        equivalent=np.zeros(n_tris),
-        stress=np.zeros((n_tris, 3)),
-        thickness_strain=np.zeros(n_tris),
-        second_stress=np.zeros((n_tris, 3)),
-        tangent=np.zeros((n_tris, 3, 3)),
-        internal=np.zeros((len(points), 3)),
-        external=np.zeros((len(points), 3)),
+        u=np.vstack([points, np.zeros((n_slopes, 3))]),
+        metric=np.tile([1.0, 1.0, 0.0], (n_points, 1)),
+        strain=np.zeros((n_points, 3)),
+        plastic=np.zeros((n_points, 3)),
+        equivalent=np.zeros(n_points),
+        stress=np.zeros((n_points, 3)),
+        thickness_strain=np.zeros(n_points),
+        second_stress=np.zeros((n_points, 3)),
+        tangent=np.zeros((n_points, 3, 3)),
+        internal=np.zeros((n_rows, 3)),
+        external=np.zeros((n_rows, 3)),
+        n_nodes=len(points),
     )
 
 

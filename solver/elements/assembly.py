@@ -7,17 +7,24 @@ import numpy as np
 from numba import njit, prange
 
 
-class Pattern(NamedTuple):
-    """Which triangle slots meet in a node, and in a 3 x 3 block of the stiffness matrix.
+class Corners(NamedTuple):
+    """Which slots meet in a row of unknowns: first (n + 1,), slot: numbers k tri + i of each row."""
 
-    node_first (n + 1,), node_slot: slots 3 tri + i of each node
-    block_row, block_column (n_blocks,): nodes of each block, sorted by row, then column
-    block_first (n_blocks + 1,), block_slot: slots 9 tri + 3 i + j of each block
-    diagonal (n,): block of each node with itself
+    first: np.ndarray
+    slot: np.ndarray
+
+
+class Pattern(NamedTuple):
+    """Which slots meet in a row of unknowns, and in a 3 x 3 block of the stiffness matrix.
+
+    rows: Corners; n_translations: leading slots of a triangle that are three translations, the others are one slope
+    block_row, block_column (n_blocks,): rows of each block, sorted by row, then column
+    block_first (n_blocks + 1,), block_slot: numbers (k tri + i) k + j of each block
+    diagonal (n,): block of each row with itself
     """
 
-    node_first: np.ndarray
-    node_slot: np.ndarray
+    rows: Corners
+    n_translations: int
     block_row: np.ndarray
     block_column: np.ndarray
     block_first: np.ndarray
@@ -25,58 +32,75 @@ class Pattern(NamedTuple):
     diagonal: np.ndarray
 
 
-def build_pattern(cells, n_nodes):
-    """Pattern of a mesh. cells : (m, 3)"""
-    flat = cells.ravel()
-    node_slot = np.argsort(flat, kind="stable")
-    node_first = np.searchsorted(flat[node_slot], np.arange(n_nodes + 1))
-    pair = np.repeat(cells, 3, axis=1).ravel() * n_nodes + np.tile(cells, (1, 3)).ravel()
+def build_corners(slots, n_rows):
+    """Corners of slots (m, k), -1 where there is none."""
+    flat = slots.ravel()
+    order = np.argsort(flat, kind="stable")
+    order = order[np.searchsorted(flat[order], 0) :]
+    return Corners(np.searchsorted(flat[order], np.arange(n_rows + 1)), order)
+
+
+def build_pattern(slots, n_rows, n_translations=3):
+    """Pattern of elements with slots (m, k), -1 where there is none."""
+    k = slots.shape[1]
+    row, column = np.repeat(slots, k, axis=1).ravel(), np.tile(slots, (1, k)).ravel()
+    pair = np.where((row < 0) | (column < 0), -1, row * n_rows + column)
     block_slot = np.argsort(pair, kind="stable")
+    block_slot = block_slot[np.searchsorted(pair[block_slot], 0) :]
     key, block_first = np.unique(pair[block_slot], return_index=True)
-    row, column = np.divmod(key, n_nodes)
+    row, column = np.divmod(key, n_rows)
     return Pattern(
-        node_first,
-        node_slot,
+        build_corners(slots, n_rows),
+        n_translations,
         row,
         column,
-        np.append(block_first, len(pair)),
+        np.append(block_first, len(block_slot)),
         block_slot,
         np.flatnonzero(row == column),
     )
 
 
 @njit(parallel=True, cache=True)
-def gather_forces(slot_force, node_first, node_slot, force):
-    """Fills force (n, 3) with the sum over each node's slots of slot_force (m, 3, 3)."""
+def gather_forces(slot_force, first, slot, force):
+    """Fills force (n, 3) with the sum over each row's slots of slot_force (m, k, 3)."""
     slots = slot_force.reshape(-1, 3)
-    for node in prange(force.shape[0]):
+    for row in prange(force.shape[0]):
         for c in range(3):
             total = 0.0
-            for k in range(node_first[node], node_first[node + 1]):
-                total += slots[node_slot[k], c]
-            force[node, c] = total
+            for k in range(first[row], first[row + 1]):
+                total += slots[slot[k], c]
+            force[row, c] = total
 
 
 @njit(parallel=True, cache=True)
-def gather_blocks(stiffness, block_first, block_slot, blocks):
-    """Fills blocks (n_blocks, 3, 3) with the sum over each block's slots of stiffness (m, 3, 3, 3, 3)."""
+def gather_blocks(stiffness, n_slots, n_translations, block_first, block_slot, blocks):
+    """Fills blocks (n_blocks, 3, 3) with the sum over each block's slots of stiffness (m, d, d), whose unknowns are
+    three for each of the leading n_translations slots and one for each of the others."""
+    ends = 2 * n_translations
     for block in prange(blocks.shape[0]):
         for c in range(3):
             for d in range(3):
-                total = 0.0
-                for k in range(block_first[block], block_first[block + 1]):
-                    slot = block_slot[k]
-                    total += stiffness[slot // 9, (slot % 9) // 3, c, slot % 3, d]
-                blocks[block, c, d] = total
+                blocks[block, c, d] = 0.0
+        for k in range(block_first[block], block_first[block + 1]):
+            number = block_slot[k]
+            tri, i, j = number // (n_slots * n_slots), number // n_slots % n_slots, number % n_slots
+            place_i, width_i = (3 * i, 3) if i < n_translations else (ends + i, 1)
+            place_j, width_j = (3 * j, 3) if j < n_translations else (ends + j, 1)
+            for c in range(width_i):
+                for d in range(width_j):
+                    blocks[block, c, d] += stiffness[tri, place_i + c, place_j + d]
 
 
 @njit(parallel=True, cache=True)
-def gather_thickness(thickness, area, node_first, node_slot, nodal):
-    """Fills nodal (n,) with the area-weighted mean thickness of each node's triangles [mm]."""
+def gather_thickness(thickness, area, first, slot, nodal):
+    """Fills nodal (n,) with the area-weighted mean thickness of each node's triangles [mm].
+
+    first, slot : Corners of the triangles' own three nodes
+    """
     for node in prange(nodal.shape[0]):
         total = weight = 0.0
-        for k in range(node_first[node], node_first[node + 1]):
-            tri = node_slot[k] // 3
+        for k in range(first[node], first[node + 1]):
+            tri = slot[k] // 3
             total += thickness[tri] * area[tri]
             weight += area[tri]
         nodal[node] = total / weight

@@ -2,10 +2,8 @@
 
 Symbols: N_I,a gradients of the linear shape functions in the element's initial axes (axis 1 is the
 rolling direction projected on the element); a_b = sum_I x_I N_I,b; C_ab = a_a . a_b; S second
-Piola-Kirchhoff stress; V = t0 A0 volume; n a normal fixed over the increment, smoothed over the neighbours;
-M the torsion modulus tensor [MPa], which acts on the element's rotations n . a_b out of the smooth surface.
-With the element's own normal at the start of the increment these are the paper's n . du_,b; the smooth
-normal leaves the same stiffness but lets no wave of the mesh's own length creep up over the increments.
+Piola-Kirchhoff stress; V = t0 A0 volume; n the element's normal at the start of the increment; T* torsion modulus
+[MPa], which acts on the rotations n . a_b of the increment out of that plane.
 """
 
 from math import sqrt
@@ -76,62 +74,24 @@ def metrics(x, cells, gradients, metric):
 
 
 @njit(parallel=True, cache=True)
-def vector_areas(x, cells, slot_area):
-    """Fills slot_area (m, 3, 3) with the current vector area of each triangle, once per corner [mm^2]."""
+def unit_normals(x, cells, normal):
+    """Fills normal (m, 3) with each triangle's unit normal."""
     for tri in prange(cells.shape[0]):
         i, j, k = cells[tri]
         for c in range(3):
             c1, c2 = (c + 1) % 3, (c + 2) % 3
-            area = (x[j, c1] - x[i, c1]) * (x[k, c2] - x[i, c2]) - (x[j, c2] - x[i, c2]) * (x[k, c1] - x[i, c1])
-            for corner in range(3):
-                slot_area[tri, corner, c] = 0.5 * area
-
-
-@njit(parallel=True, cache=True)
-def smooth_normals(nodal, slot_area, cells, share, normal):
-    """Fills normal (m, 3): each triangle's unit normal, with a share of the mean over its nodes' normals.
-
-    nodal : (n, 3) sums of slot_area (m, 3, 3), the vector areas
-    """
-    for tri in prange(cells.shape[0]):
-        mean = np.zeros(3)
-        for corner in range(3):
-            node = cells[tri, corner]
-            size = sqrt(nodal[node, 0] ** 2 + nodal[node, 1] ** 2 + nodal[node, 2] ** 2)
-            own = sqrt(slot_area[tri, 0, 0] ** 2 + slot_area[tri, 0, 1] ** 2 + slot_area[tri, 0, 2] ** 2)
-            for c in range(3):
-                mean[c] += share * nodal[node, c] / size + (1.0 - share) * slot_area[tri, 0, c] / own
-        size = sqrt(mean[0] ** 2 + mean[1] ** 2 + mean[2] ** 2)
+            normal[tri, c] = (x[j, c1] - x[i, c1]) * (x[k, c2] - x[i, c2])
+            normal[tri, c] -= (x[j, c2] - x[i, c2]) * (x[k, c1] - x[i, c1])
+        size = sqrt(normal[tri, 0] ** 2 + normal[tri, 1] ** 2 + normal[tri, 2] ** 2)
         for c in range(3):
-            normal[tri, c] = mean[c] / size
+            normal[tri, c] /= size
 
 
 @njit(parallel=True, cache=True)
-def torsion_moduli(s, floor, factor, modulus):
-    """Torsion modulus tensors for the next increment.
-
-    s : (m, 3) stress at its start; floor : T* [MPa]
-    fills modulus (m, 3) = M11, M22, M12 = T* 1 + factor <-S>, the compressive part of the stress: a sheet
-    buckles out of plane under it, which its bending stiffness, absent in a membrane, would prevent at
-    the scale of an element
-    """
-    for tri in prange(s.shape[0]):
-        mean, half = 0.5 * (s[tri, 0] + s[tri, 1]), 0.5 * (s[tri, 0] - s[tri, 1])
-        radius = sqrt(half * half + s[tri, 2] ** 2)
-        low, high = factor * max(radius - mean, 0.0), factor * max(-radius - mean, 0.0)
-        centre, slope = 0.5 * (low + high), 0.0
-        if radius > 0.0:
-            slope = 0.5 * (high - low) / radius
-        modulus[tri, 0] = floor + centre + slope * half
-        modulus[tri, 1] = floor + centre - slope * half
-        modulus[tri, 2] = slope * s[tri, 2]
-
-
-@njit(parallel=True, cache=True)
-def internal_forces(x, cells, gradients, volume, s, normal, modulus, force):
+def internal_forces(x, cells, gradients, volume, s, normal, torsion, force):
     """Fills force (m, 3, 3): nodal forces of every triangle [N], membrane and torsion.
 
-    x : (n, 3); s : (m, 3); normal, modulus : (m, 3), fixed over the increment
+    x : (n, 3); s : (m, 3); normal : (m, 3), fixed over the increment; torsion : T* [MPa]
     """
     for tri in prange(cells.shape[0]):
         a = np.empty((2, 3))
@@ -140,20 +100,18 @@ def internal_forces(x, cells, gradients, volume, s, normal, modulus, force):
         tangent_vectors(x, nodes, g, a)
         rot1 = normal[tri, 0] * a[0, 0] + normal[tri, 1] * a[0, 1] + normal[tri, 2] * a[0, 2]
         rot2 = normal[tri, 0] * a[1, 0] + normal[tri, 1] * a[1, 1] + normal[tri, 2] * a[1, 2]
-        m1 = modulus[tri, 0] * rot1 + modulus[tri, 2] * rot2
-        m2 = modulus[tri, 2] * rot1 + modulus[tri, 1] * rot2
         for i in range(3):
             w1 = s[tri, 0] * g[i, 0] + s[tri, 2] * g[i, 1]
             w2 = s[tri, 2] * g[i, 0] + s[tri, 1] * g[i, 1]
-            torsion = g[i, 0] * m1 + g[i, 1] * m2
+            lift = torsion * (g[i, 0] * rot1 + g[i, 1] * rot2)
             for c in range(3):
-                force[tri, i, c] = volume[tri] * (w1 * a[0, c] + w2 * a[1, c] + torsion * normal[tri, c])
+                force[tri, i, c] = volume[tri] * (w1 * a[0, c] + w2 * a[1, c] + lift * normal[tri, c])
 
 
 @njit(parallel=True, cache=True)
-def stiffnesses(x, cells, gradients, volume, s, ds_de, normal, modulus, stiffness):
-    """Fills stiffness (m, 3, 3, 3, 3): derivative of the force of node i, component c, with respect to
-    the position of node j, component d [N/mm]: stiffness[m, i, c, j, d].
+def stiffnesses(x, cells, gradients, volume, s, ds_de, normal, torsion, stiffness):
+    """Fills stiffness (m, 9, 9): derivative of the force of node i, component c, with respect to the position of
+    node j, component d [N/mm]: stiffness[m, 3 i + c, 3 j + d].
 
     ds_de : (m, 3, 3) derivative of S with respect to [E11, E22, 2 E12]
     """
@@ -170,17 +128,15 @@ def stiffnesses(x, cells, gradients, volume, s, ds_de, normal, modulus, stiffnes
         for i in range(3):
             w1 = s[tri, 0] * g[i, 0] + s[tri, 2] * g[i, 1]
             w2 = s[tri, 2] * g[i, 0] + s[tri, 1] * g[i, 1]
-            m1 = modulus[tri, 0] * g[i, 0] + modulus[tri, 2] * g[i, 1]
-            m2 = modulus[tri, 2] * g[i, 0] + modulus[tri, 1] * g[i, 1]
             for j in range(3):
                 geometric = w1 * g[j, 0] + w2 * g[j, 1]
-                torsion = m1 * g[j, 0] + m2 * g[j, 1]
+                lift = torsion * (g[i, 0] * g[j, 0] + g[i, 1] * g[j, 1])
                 for c in range(3):
                     for d in range(3):
-                        total = torsion * normal[tri, c] * normal[tri, d]
+                        total = lift * normal[tri, c] * normal[tri, d]
                         if c == d:
                             total += geometric
                         for k in range(3):
                             for el in range(3):
                                 total += b[i, c, k] * ds_de[tri, k, el] * b[j, d, el]
-                        stiffness[tri, i, c, j, d] = volume[tri] * total
+                        stiffness[tri, 3 * i + c, 3 * j + d] = volume[tri] * total

@@ -12,14 +12,6 @@ import numpy as np
 from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.search import Neighbourhood
 from ..elements.assembly import gather_blocks, gather_forces
-from ..elements.membrane import (
-    internal_forces,
-    metrics,
-    smooth_normals,
-    stiffnesses,
-    torsion_moduli,
-    vector_areas,
-)
 from ..elements.pressure import pressure_forces
 from ..materials.planar_hill import update
 
@@ -53,15 +45,14 @@ class Equilibrium:
     def __init__(self, sheet, stage, tools, method):
         self.sheet, self.stage, self.tools = sheet, stage, tools
         self.driven = [run for run in tools if run.load > 0.0]
-        n, m = len(sheet.points), len(sheet.membranes.cells)
-        self.torsion = method.torsion * sheet.blank.material.initial_yield_stress
-        self.compression = method.compression
-        self.smooth = method.smooth
+        self.method = method
+        n, elements = len(sheet.points), sheet.elements
+        m, k = elements.slots.shape
+        size = k + 2 * elements.n_translations
         self.skin = method.skin * sheet.blank.thickness
-        self.normal, self.modulus = np.empty((m, 3)), np.empty((m, 3))
         self.half_thickness = np.empty(n)
         self.slot_load = np.empty((m, 3, 3))
-        self.slot_force, self.stiffness = np.empty((m, 3, 3)), np.empty((m, 3, 3, 3, 3))
+        self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
         self.contact = np.empty((n, 3))
         self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
         self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))
@@ -72,17 +63,10 @@ class Equilibrium:
                     self.fixed[sheet.blank.nodes_of(group), axis] = True
 
     def begin(self, old, new):
-        """Finish the prediction and freeze what an increment takes from its start: torsion moduli and thickness from
-        the old state, the smooth normals from the new one's predicted positions."""
+        """Finish the prediction and freeze what an increment takes from its start."""
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
         self.follow_tools(old, new)
-        cells = self.sheet.membranes.cells
-        torsion_moduli(old.sheet.second_stress, self.torsion, self.compression, self.modulus)
-        vector_areas(new.sheet.x, cells, self.slot_force)
-        nodal = np.empty_like(new.sheet.x)
-        gather_forces(self.slot_force, self.sheet.pattern.node_first, self.sheet.pattern.node_slot, nodal)
-        nodal[self.sheet.mirrored] = 0.0
-        smooth_normals(nodal, self.slot_force, cells, self.smooth, self.normal)
+        self.sheet.elements.begin(old.sheet, new.sheet, self.sheet.blank.material, self.method)
 
     def follow_tools(self, old, new):
         """Put the predicted nodes that touch a tool of prescribed motion back to the gap they had: along its exact
@@ -98,55 +82,37 @@ class Equilibrium:
             new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, lift)
 
     def evaluate(self, old, new, pressure, first=False):
-        """Fill new from its positions and tool travels. Returns the residuals: nodes (n, 3), 0 where fixed,
+        """Fill new from its positions and tool travels. Returns the residuals: unknowns (n + k, 3), 0 where fixed,
         driven tools (k,), and the scale of the forces in play, all [N].
 
         The first evaluation of an increment remembers who touched: those nodes enter the tangent even where the
         sheet has thinned away from the tool meanwhile.
         """
         self.first = first
-        membranes, material, sheet = self.sheet.membranes, self.sheet.blank.material, new.sheet
-        pattern = self.sheet.pattern
-        cells, gradients, volume = membranes.cells, membranes.gradients, membranes.volume
-        metrics(sheet.x, cells, gradients, sheet.metric)
+        elements, material, sheet = self.sheet.elements, self.sheet.blank.material, new.sheet
+        n = len(sheet.x)
+        elements.strain(sheet)
         update(
             sheet.metric, old.sheet.plastic, old.sheet.equivalent, float(material.young),
             float(material.poisson), float(material.locus.r),
             self.sheet.table, sheet.second_stress, sheet.tangent, sheet.strain, sheet.plastic, sheet.equivalent,
             sheet.stress, sheet.thickness_strain,
         )  # fmt: skip
-        internal_forces(
-            sheet.x, cells, gradients, volume, sheet.second_stress, self.normal, self.modulus,
-            self.slot_force,
-        )  # fmt: skip
-        stiffnesses(
-            sheet.x, cells, gradients, volume, sheet.second_stress, sheet.tangent, self.normal, self.modulus,
-            self.stiffness,
-        )  # fmt: skip
-        gather_forces(self.slot_force, pattern.node_first, pattern.node_slot, sheet.internal)
+        elements.forces(sheet, self.slot_force)
+        elements.stiffness(sheet, self.stiffness)
+        gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
         if pressure != 0.0:
-            pressure_forces(sheet.x, cells, pressure, self.slot_load, self.stiffness)
-            gather_forces(self.slot_load, pattern.node_first, pattern.node_slot, sheet.external)
+            pressure_forces(sheet.x, elements.triangles.cells, pressure, self.slot_load, self.stiffness)
+            gather_forces(self.slot_load, *self.sheet.corners, sheet.external[:n])
         self.contact[:] = 0.0
         for run in self.tools:
             self._touch(run, old, new)
-        residual = sheet.external + self.contact - sheet.internal
+        residual = sheet.external - sheet.internal
+        residual[:n] += self.contact
         scale = max(np.linalg.norm(f) for f in (sheet.internal, sheet.external, self.contact))
         residual[self.fixed] = 0.0
         balance = [run.press * run.load + new.tools[run.tool.name].force @ run.axis for run in self.driven]
         return residual, np.array(balance), scale
-
-    def torsion_work(self, old, new):
-        """Work that the torsion stabilisation takes over an accepted increment [mJ]: its energy is quadratic in the
-        rotations out of the smooth surface."""
-        membranes = self.sheet.membranes
-        energy = []
-        for x in (old.sheet.x, new.sheet.x):
-            tangents = np.einsum("mic,mia->mac", x[membranes.cells], membranes.gradients)
-            g1, g2 = np.einsum("mac,mc->am", tangents, self.normal)
-            m11, m22, m12 = self.modulus.T
-            energy.append(0.5 * membranes.volume @ (m11 * g1**2 + m22 * g2**2 + 2.0 * m12 * g1 * g2))
-        return float(energy[1] - energy[0])
 
     def _touch(self, run, old, new):
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]
@@ -171,15 +137,18 @@ class Equilibrium:
     def tangent(self):
         """Tangent of the state evaluated last."""
         pattern = self.sheet.pattern
-        gather_blocks(self.stiffness, pattern.block_first, pattern.block_slot, self.blocks)
-        for blocks in self.contact_blocks.values():
-            self.blocks[pattern.diagonal] += blocks
+        n_slots = self.slot_force.shape[1]
+        gather_blocks(
+            self.stiffness, n_slots, pattern.n_translations, pattern.block_first, pattern.block_slot, self.blocks
+        )
         n, k = len(self.sheet.points), len(self.driven)
-        column, row, corner = np.zeros((n, 3, k)), np.zeros((n, 3, k)), np.zeros(k)
+        for blocks in self.contact_blocks.values():
+            self.blocks[pattern.diagonal[:n]] += blocks
+        column, row, corner = np.zeros((*self.fixed.shape, k)), np.zeros((*self.fixed.shape, k)), np.zeros(k)
         for j, run in enumerate(self.driven):
             blocks = self.contact_blocks[run.tool.name]
-            column[:, :, j] = -blocks @ run.axis
-            row[:, :, j] = -np.einsum("ncd,c->nd", blocks, run.axis)
+            column[:n, :, j] = -blocks @ run.axis
+            row[:n, :, j] = -np.einsum("ncd,c->nd", blocks, run.axis)
             corner[j] = run.axis @ blocks.sum(axis=0) @ run.axis
         column[self.fixed] = row[self.fixed] = 0.0
         return Tangent(self.blocks, column, row, corner)

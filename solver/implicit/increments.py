@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..elements.formulation import Membrane
 from ..errors import StepFailed
 from .equilibrium import Equilibrium
 from .newton import Outcome, solve_increment
@@ -15,7 +16,7 @@ GROW, SHRINK, CUT = 1.5, 0.7, 0.3
 
 
 class March(NamedTuple):
-    """Where a stage stands. fraction : of the stage, 0..1; width : of the next increment; rate : (n, 3) and
+    """Where a stage stands. fraction : of the stage, 0..1; width : of the next increment; rate : (n + k, 3) and
     rates {tool: mm}, movement per fraction of the last increment, for the prediction; placed : {tool:
     (travel at the stage's start [mm], sign of the axis that leads to the sheet)}."""
 
@@ -51,7 +52,7 @@ def widths(stage, sheet, increments):
 def start_march(stage, sheet, method, placed):
     """A stage not yet begun."""
     first, _ = widths(stage, sheet, method.increments)
-    return March(0.0, first, np.zeros(sheet.points.shape), {tool.name: 0.0 for tool in stage.tools}, placed)
+    return March(0.0, first, np.zeros(sheet.held.shape), {tool.name: 0.0 for tool in stage.tools}, placed)
 
 
 def march(sheet, stage, tools, old, new, begun, method, stops):
@@ -84,7 +85,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             if width * CUT < method.increments.smallest:
                 raise StepFailed(
                     f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also in an increment "
-                    f"of {width:.1e} of the stage; refine the mesh or lower the load"
+                    f"of {width:.1e} of the stage; {remedy(sheet)}"
                 )
             place = place._replace(width=CUT * width)
             continue
@@ -93,14 +94,20 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             settle = False
             rate, rates = place.rate, place.rates
         else:
-            rate = (new.sheet.x - old.sheet.x) / width
+            rate = (new.sheet.u - old.sheet.u) / width
             rates = {k: float(c.travel[0] - old.tools[k].travel[0]) / width for k, c in new.tools.items()}
             effort = outcome.iterations
             scale = GROW if effort <= method.increments.swift else SHRINK if effort > method.increments.slow else 1.0
             # A stop that shortened this increment does not shorten the next.
             place = place._replace(width=min(max(scale * width, place.width if scale >= 1.0 else 0.0), largest))
         place = March(fraction, place.width, rate, rates, place.placed)
-        yield Accepted(place, outcome, cuts, equilibrium.torsion_work(old, new))
+        yield Accepted(place, outcome, cuts, sheet.elements.stabilisation_work(old.sheet, new.sheet))
+
+
+def remedy(sheet):
+    """What a user can do about a stage that does not converge."""
+    shell = "; a membrane does not resist compression, a shell does"
+    return "refine the mesh or lower the load" + (shell if isinstance(sheet.blank.element, Membrane) else "")
 
 
 def predict(sheet, stage, tools, place, fraction, old, new):
@@ -112,7 +119,7 @@ def predict(sheet, stage, tools, place, fraction, old, new):
         # A node that snapped over in the last increment will not do so again: none outruns the tools.
         length = np.linalg.norm(shift, axis=1)[:, None]
         shift *= farthest / np.maximum(length, farthest)
-    new.sheet.x[:] = old.sheet.x + shift
+    new.sheet.u[:] = old.sheet.u + shift
     for group, movement in stage.moved.items():
         nodes = sheet.blank.nodes_of(group)
         for axis, distance in enumerate(movement):

@@ -38,10 +38,7 @@ class Increments:
 class Implicit:
     """Quasi-static Newton.
 
-    torsion : T* relative to the initial yield stress (theory.md 2)
-    compression : share of a compressive stress that the torsion stabilisation holds up
-    smooth : share of it that holds the sheet to the surface smoothed over the neighbours; the rest only
-        slows the movement of one increment
+    torsion : T* of membranes relative to the initial yield stress (theory.md 2)
     penalty : contact stiffness relative to E t / size^2 (theory.md 6)
     stick : tangential contact stiffness before slip, relative to E t / size^2 (theory.md 7)
     skin : gap below which the contact force sets in, relative to the thickness
@@ -51,8 +48,6 @@ class Implicit:
     newton: Newton = field(default_factory=Newton)
     increments: Increments = field(default_factory=Increments)
     torsion: float = 0.01
-    compression: float = 2.0
-    smooth: float = 0.75
     penalty: float = 3.0
     stick: float = 0.03
     skin: float = 3e-3

@@ -91,13 +91,13 @@ def iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out):
             return
         cap = min(1.0, LONGEST * size / longest) if longest > 0.0 else 1.0
         dx, dw = cap * dx, cap * dw
-        start = new.sheet.x.copy(), [c.travel.copy() for c in driven]
+        start = new.sheet.u.copy(), [c.travel.copy() for c in driven]
         slope = np.sum(dx * residual) + dw @ balance
         error_before = error
         step = 1.0
 
         def at(step, start=start, dx=dx, dw=dw):
-            new.sheet.x[:] = start[0] + step * dx
+            new.sheet.u[:] = start[0] + step * dx
             for contact, travel, change in zip(driven, start[1], dw, strict=True):
                 contact.travel[:] = travel + step * change
             return equilibrium.evaluate(old, new, pressure)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver import Blank, Material, SceneError, Swift, VonMises
+from solver import Blank, Material, Membrane, SceneError, Swift, VonMises
 from solver.draw_in import RimGauge
 from solver.sheet import build_sheet
 from tests.solver.lattice import square
@@ -12,7 +12,7 @@ STEEL = Material(206000.0, 0.3, VonMises(), Swift(565.32, 0.007117, 0.2589))
 def quarter():
     mesh = square(4, 10.0)
     mesh.groups["rim"] = np.union1d(mesh.groups["right"], mesh.groups["top"])
-    return build_sheet(Blank(mesh, 1.0, STEEL))
+    return build_sheet(Blank(mesh, 1.0, STEEL, Membrane()))
 
 
 @pytest.mark.parametrize(

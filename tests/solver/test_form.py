@@ -14,7 +14,9 @@ from solver import (
     Blank,
     Coulomb,
     Implicit,
+    Increments,
     Material,
+    Membrane,
     Newton,
     PlanarHill,
     Scene,
@@ -35,7 +37,7 @@ OSU = Material(69004.0, 0.3, VonMises(), Swift(589.0, 1e-4, 0.216), "OSU")
 def punch_stretch(size=2.5, travel=5.0, mu=0.15, arrangement="structured", **options):
     """A clamped disc of radius 20, stretched by a ball of radius 10."""
     mesh = mesh_blank(Disc(20.0), size, arrangement=arrangement, symmetry=("x", "y"))
-    blank = Blank(mesh, 1.0, STEEL, fixed={"rim": "xyz"})
+    blank = Blank(mesh, 1.0, STEEL, Membrane(), fixed={"rim": "xyz"})
     friction = Coulomb(mu) if mu else None
     ball = Tool("BALL", Ball((0.0, 0.0, 12.0), 10.0), friction, travel=-travel)
     return Scene(blank, [Stage([ball], **options)])
@@ -75,12 +77,12 @@ def test_without_friction_nothing_slides_against_resistance():
 
 
 def test_halving_the_torsion_stiffness_changes_nothing_a_user_reads():
-    method = Implicit()
-    half = replace(method, torsion=0.5 * method.torsion, compression=0.5 * method.compression)
+    method = Implicit(increments=Increments(largest=0.1))  # the same increments for both
+    half = replace(method, torsion=0.5 * method.torsion)
     full, halved = (form(punch_stretch(), m, frames=5) for m in (method, half))
-    assert halved.history["force_BALL"][-1] == pytest.approx(full.history["force_BALL"][-1], rel=1e-3)
-    a, b = (r.frames[-1].cell_fields["thickness"] for r in (full, halved))
-    assert b == pytest.approx(a, rel=1e-3)
+    for a, b in zip(full.frames[1:], halved.frames[1:]):
+        assert halved.at("force_BALL", b.stroke) == pytest.approx(full.at("force_BALL", a.stroke), rel=1e-3)
+        assert b.cell_fields["thickness"] == pytest.approx(a.cell_fields["thickness"], rel=1e-3)
 
 
 def test_node_order_and_rigid_motion_do_not_matter():
@@ -128,7 +130,7 @@ def test_one_and_two_threads_give_the_same_bits():
 def bulge(size, frames=20):
     """Dome height and polar strain at the pressure of benchmarks.md G, h = 20 (OSU, r = 1, a = 50, t0 = 1)."""
     mesh = mesh_blank(Disc(50.0), size, arrangement="structured", symmetry=("x", "y"))
-    blank = Blank(mesh, 1.0, OSU, fixed={"rim": "xyz"})
+    blank = Blank(mesh, 1.0, OSU, Membrane(), fixed={"rim": "xyz"})
     frame = form(Scene(blank, [Stage(pressure=-9.230447)]), frames=frames).frames[-1]
     radius = np.hypot(*mesh.points[mesh.cells].mean(axis=1)[:, :2].T)
     thinning = frame.cell_fields["strain_major"] + frame.cell_fields["strain_minor"]
@@ -180,7 +182,7 @@ def test_a_run_resumes_from_its_checkpoint(tmp_path):
 
 def test_beyond_the_limit_pressure_the_run_stops_with_one_line_and_its_results():
     mesh = mesh_blank(Disc(50.0), 10.0, arrangement="structured", symmetry=("x", "y"))
-    scene = Scene(Blank(mesh, 1.0, OSU, fixed={"rim": "xyz"}), [Stage(pressure=-13.0)])
+    scene = Scene(Blank(mesh, 1.0, OSU, Membrane(), fixed={"rim": "xyz"}), [Stage(pressure=-13.0)])
     with pytest.raises(StepFailed, match="of the stage; refine the mesh or lower the load") as caught:
         form(scene, frames=5)
     assert "\n" not in str(caught.value)
@@ -191,7 +193,7 @@ def test_beyond_the_limit_pressure_the_run_stops_with_one_line_and_its_results()
 def sheet_on_plate(**tool):
     mesh = square(3, 30.0)
     mesh.points[:, 2] = 0.5
-    blank = Blank(mesh, 1.0, STEEL)
+    blank = Blank(mesh, 1.0, STEEL, Membrane())
     return Scene(blank, [Stage([Tool("PLATE", Plane()), Tool("TOP", Plane((0, 0, 1.0), (0, 0, -1)), **tool)])])
 
 

@@ -2,16 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver import Blank, Implicit, Material, Newton, PlanarHill, Scene, Stage, Swift, form
-from solver.elements.membrane import (
-    build_membranes,
-    internal_forces,
-    metrics,
-    smooth_normals,
-    stiffnesses,
-    torsion_moduli,
-    vector_areas,
-)
+from solver import Blank, Implicit, Material, Membrane, Newton, PlanarHill, Scene, Shell, Stage, Swift, form
+from solver.elements.membrane import build_membranes, internal_forces, metrics, stiffnesses, unit_normals
 from solver.elements.pressure import pressure_forces
 from solver.materials.hardening import tabulate
 from solver.materials.planar_hill import update
@@ -30,7 +22,7 @@ class Patch:
         self.m = build_membranes(mesh.points, mesh.cells, 0.8, rolling)
         n = len(mesh.cells)
         self.plastic, self.equivalent = np.zeros((n, 3)), np.zeros(n)
-        self.normal, self.modulus = self.m.axes[:, 2].copy(), np.zeros((n, 3))
+        self.normal, self.torsion = self.m.axes[:, 2].copy(), 0.0
 
     def stress(self, x):
         n = len(self.m.cells)
@@ -43,23 +35,14 @@ class Patch:
     def forces(self, x):
         s, _ = self.stress(x)
         force = np.empty((len(self.m.cells), 3, 3))
-        internal_forces(x, self.m.cells, self.m.gradients, self.m.volume, s, self.normal, self.modulus, force)
+        internal_forces(x, self.m.cells, self.m.gradients, self.m.volume, s, self.normal, self.torsion, force)
         return force
 
     def stiffness(self, x):
         s, ds = self.stress(x)
-        k = np.empty((len(self.m.cells), 3, 3, 3, 3))
-        stiffnesses(x, self.m.cells, self.m.gradients, self.m.volume, s, ds, self.normal, self.modulus, k)
-        return k
-
-
-def smooth(patch, x, share=0.7):
-    """Smooth normals of the patch at x; returns the nodes' vector areas."""
-    slots, nodal = np.empty((len(patch.m.cells), 3, 3)), np.zeros_like(x)
-    vector_areas(x, patch.m.cells, slots)
-    np.add.at(nodal, patch.m.cells.ravel(), slots.reshape(-1, 3))
-    smooth_normals(nodal, slots, patch.m.cells, share, patch.normal)
-    return nodal
+        k = np.empty((len(self.m.cells), 9, 9))
+        stiffnesses(x, self.m.cells, self.m.gradients, self.m.volume, s, ds, self.normal, self.torsion, k)
+        return k.reshape(-1, 3, 3, 3, 3)
 
 
 def bent(mesh, scale, seed=1):
@@ -74,8 +57,8 @@ def test_stiffness_is_the_derivative_of_the_forces(scale):
     mesh = square(2, 3.0, distort=0.2)
     patch = Patch(mesh, rolling=(0.6, 0.8, 0.0))
     x = bent(mesh, scale)
-    torsion_moduli(patch.stress(x)[0], 2.0, 1.5, patch.modulus)
-    smooth(patch, x)
+    patch.torsion = 500.0
+    unit_normals(bent(mesh, scale, seed=2), mesh.cells, patch.normal)
     k = patch.stiffness(x)
     step = 1e-6
     for node in range(len(x)):
@@ -96,9 +79,9 @@ def test_pressure_tangent_is_the_derivative_of_the_forces():
     x = bent(mesh, 0.2)
 
     def forces(x):
-        f, k = np.empty((2, 3, 3)), np.zeros((2, 3, 3, 3, 3))
+        f, k = np.empty((2, 3, 3)), np.zeros((2, 9, 9))
         pressure_forces(x, mesh.cells, 1.7, f, k)
-        return f, k
+        return f, k.reshape(2, 3, 3, 3, 3)
 
     f, k = forces(x)
     corner = x[mesh.cells]
@@ -150,24 +133,21 @@ def test_energy_of_the_forces_is_that_of_the_stress():
     assert np.sum(f * 2 * dx) == pytest.approx(work, rel=1e-8)
 
 
-def test_torsion_modulus_adds_the_compressive_part_of_the_stress():
-    mesh = square(1, 1.0)
+def test_torsion_resists_the_rotation_out_of_the_plane_of_the_start():
+    # Energy T* t A (g1^2 + g2^2)/2 with g the slopes of a flat patch that tilts (theory.md 2).
+    mesh = square(2, 3.0, distort=0.2)
     patch = Patch(mesh)
-    s = np.array([[-100.0, 40.0, 0.0], [30.0, 20.0, 0.0]])
-    torsion_moduli(s, 1.0, 1.0, patch.modulus)
-    assert patch.modulus == pytest.approx(np.array([[101.0, 1.0, 0.0], [1.0, 1.0, 0.0]]))
-    angle = 0.7  # the same stress turned by an angle gives the turned modulus
-    c, w = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, -w], [w, c]])
-    for principal in ((-100.0, 40.0), (-100.0, -30.0)):
-        t = turn @ np.diag(principal) @ turn.T
-        torsion_moduli(np.tile([t[0, 0], t[1, 1], t[0, 1]], (2, 1)), 1.0, 1.0, patch.modulus)
-        expected = turn @ np.diag(1.0 + np.maximum(-np.array(principal), 0.0)) @ turn.T
-        assert patch.modulus[0] == pytest.approx([expected[0, 0], expected[1, 1], expected[0, 1]])
+    patch.torsion = 7.0
+    x = mesh.points.copy()
+    x[:, 2] = 1e-4 * (0.3 * x[:, 0] - 0.4 * x[:, 1])
+    f = np.zeros_like(x)
+    np.add.at(f, mesh.cells.ravel(), patch.forces(x).reshape(-1, 3))
+    assert np.sum(f[:, 2] * x[:, 2]) == pytest.approx(7.0 * 0.8 * 9.0 * (0.5e-4) ** 2, rel=1e-3)
 
 
+@pytest.mark.parametrize("element", [Membrane(), Shell(3)])
 @pytest.mark.parametrize("rolling", [(1.0, 0.0, 0.0), (0.3, 0.9, 0.0)])
-def test_patch_uniaxial_tension_of_a_distorted_mesh(rolling):
+def test_patch_uniaxial_tension_of_a_distorted_mesh(rolling, element):
     # Force and thickness in closed form: s(ep) with h1 = s/E + ep; benchmarks.md L.
     mesh = square(4, 10.0, distort=0.3)
     ep, r = 0.18, 1.77
@@ -175,7 +155,7 @@ def test_patch_uniaxial_tension_of_a_distorted_mesh(rolling):
     h1 = s / STEEL.young + ep
     h2 = -0.3 * s / STEEL.young - r / (1 + r) * ep
     h3 = -0.3 * s / STEEL.young - ep / (1 + r)
-    blank = Blank(mesh, 0.8, STEEL, rolling=rolling, fixed={"all": "z"})
+    blank = Blank(mesh, 0.8, STEEL, element, rolling=rolling, fixed={"all": "z"})
     results = form(Scene(blank, [Stage(moved={"right": (10 * np.expm1(h1), None, None)})]), TIGHT, frames=1)
     frame = results.frames[-1]
     assert frame.cell_fields["thickness"] == pytest.approx(0.8 * np.exp(h3), rel=1e-8)
@@ -189,32 +169,15 @@ def test_patch_uniaxial_tension_of_a_distorted_mesh(rolling):
     assert np.abs(stress[:, 1:]).max() < 1e-5 * s
 
 
-def test_patch_equibiaxial_tension():
+@pytest.mark.parametrize("element", [Membrane(), Shell(3)])
+def test_patch_equibiaxial_tension(element):
     mesh = square(3, 10.0, distort=0.3)
     ep, r = 0.3, 1.77
     s = np.sqrt((1 + r) / 2) * STEEL.hardening(ep)
     h = 0.7 * s / STEEL.young + ep * STEEL.hardening(ep) / (2 * s)
     pull = 10 * np.expm1(h)
-    blank = Blank(mesh, 0.8, STEEL, fixed={"all": "z"})
+    blank = Blank(mesh, 0.8, STEEL, element, fixed={"all": "z"})
     moved = {"right": (pull, None, None), "top": (None, pull, None)}
     frame = form(Scene(blank, [Stage(moved=moved)]), TIGHT, frames=1).frames[-1]
     assert frame.cell_fields["plastic_strain"] == pytest.approx(ep, rel=1e-8)
     assert frame.cell_fields["strain_minor"] == pytest.approx(h, rel=1e-8)
-
-
-def test_smooth_normals_ignore_a_ripple_and_keep_a_constant_bend():
-    mesh = square(8, 8.0)
-    patch = Patch(mesh)
-    ripple = mesh.points.copy()
-    ripple[:, 2] = 0.05 * (-1.0) ** (np.arange(len(ripple)) % 9 + np.arange(len(ripple)) // 9)
-    inner = (np.abs(mesh.points[mesh.cells].mean(axis=1) - 4.0) < 2.0)[:, :2].all(axis=1)
-    smooth(patch, ripple, share=1.0)
-    own = Patch(mesh)
-    smooth(own, ripple, share=0.0)
-    assert np.abs(patch.normal[inner, :2]).max() < 0.3 * np.abs(own.normal[inner, :2]).max()
-    bend = mesh.points.copy()
-    bend[:, 2] = 0.02 * bend[:, 0] ** 2
-    smooth(patch, bend, share=1.0)
-    smooth(own, bend, share=0.0)
-    # The two triangles of a square share its bend: their mean differs from each by a third of a cell's turn.
-    assert np.abs(patch.normal - own.normal)[inner].max() < 0.04 / 3.0

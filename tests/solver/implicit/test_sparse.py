@@ -36,7 +36,7 @@ def test_solves_the_free_unknowns(system, with_metis, monkeypatch):
     n = len(mesh.points)
     pattern = build_pattern(mesh.cells, n)
     blocks = np.empty((len(pattern.block_row), 3, 3))
-    gather_blocks(stiffness, pattern.block_first, pattern.block_slot, blocks)
+    gather_blocks(stiffness.reshape(-1, 9, 9), 3, 3, pattern.block_first, pattern.block_slot, blocks)
     rng = np.random.default_rng(1)
     free = rng.uniform(size=(n, 3)) > 0.2
     solver = SparseSolver(pattern.block_row, pattern.block_column, free)
@@ -54,7 +54,7 @@ def test_nodal_forces_are_summed_over_the_triangles(system):
     pattern = build_pattern(mesh.cells, len(mesh.points))
     slots = np.random.default_rng(0).standard_normal((len(mesh.cells), 3, 3))
     force = np.empty((len(mesh.points), 3))
-    gather_forces(slots, pattern.node_first, pattern.node_slot, force)
+    gather_forces(slots, *pattern.rows, force)
     expected = np.zeros_like(force)
     np.add.at(expected, mesh.cells.ravel(), slots.reshape(-1, 3))
     assert force == pytest.approx(expected, abs=1e-13)
