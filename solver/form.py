@@ -88,7 +88,8 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
 def first_state(scene, sheet):
     """The flat blank and tools that touch nothing."""
     n_nodes, n_tris = len(sheet.points), len(sheet.membranes.cells)
-    return State(new_sheet(sheet.points, n_tris), {name: new_contact(n_nodes) for name in scene.tools})
+    first = new_sheet(sheet.points, n_tris, scene.blank.material.n_history)
+    return State(first, {name: new_contact(n_nodes) for name in scene.tools})
 
 
 def close_tools(sheet, stage, state):

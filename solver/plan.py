@@ -28,12 +28,13 @@ def plan(scene):
         ),
         (
             "material",
-            f"{material.name}: {_name(material.locus)} with {_name(material.hardening)}, plane stress",
+            material.describe(),
         ),
         ("torsion stabilisation", "a membrane has no stiffness out of its plane"),
     ]
     skips = [("bending, layers", "a membrane carries none; springback and wrinkling need a shell")]
-    skips.append(("backstress", "isotropic hardening"))
+    if not material.n_history:
+        skips.append(("backstress", "isotropic hardening"))
     if blank.symmetry_planes:
         planes = ", ".join(blank.symmetry_planes)
         runs.append(
@@ -70,11 +71,3 @@ def _duty(tool):
     if tool.gap is not None:
         return f"held at a gap of {tool.gap:g} mm{friction}"
     return f"stands still{friction}"
-
-
-def _name(thing):
-    return (
-        repr(thing)
-        if hasattr(type(thing), "__dataclass_fields__")
-        else getattr(thing, "__name__", type(thing).__name__)
-    )

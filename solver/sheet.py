@@ -1,4 +1,4 @@
-"""The blank as constant arrays: operators, pattern, hardening table, supports. Built once per run."""
+"""The blank as constant arrays: operators, pattern, supports. Built once per run."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from .elements.assembly import Pattern, build_pattern, gather_thickness
 from .elements.membrane import Membranes, build_membranes
-from .materials.hardening import tabulate
 from .scene import AXES, Blank
 
 
@@ -14,13 +13,12 @@ from .scene import AXES, Blank
 class Sheet:
     """points (n, 3) initial nodes [mm]; area (n,) tributary area of each node [mm^2]; held (n, 3) bool,
     unknowns that symmetry or the blank's `fixed` groups keep in place; mirrored (n, 3) bool, those of symmetry
-    alone; table: hardening curve; size: median side of the triangles [mm]."""
+    alone; size: median side of the triangles [mm]."""
 
     blank: Blank
     points: np.ndarray
     membranes: Membranes
     pattern: Pattern
-    table: np.ndarray
     area: np.ndarray
     held: np.ndarray
     mirrored: np.ndarray
@@ -40,7 +38,7 @@ class Sheet:
 
 
 def build_sheet(blank):
-    """Sheet of a blank. Raises SceneError where its hardening curve is not one."""
+    """Sheet of a blank. Raises SceneError where its material cannot be prepared."""
     points = np.array(blank.mesh.points, dtype=float, order="C")
     cells = np.asarray(blank.mesh.cells, dtype=np.int64)
     membranes = build_membranes(points, cells, blank.thickness, blank.rolling)
@@ -53,5 +51,5 @@ def build_sheet(blank):
     for group, axes in blank.fixed.items():
         held[np.ix_(blank.nodes_of(group), [AXES.index(axis) for axis in axes])] = True
     pattern = build_pattern(cells, len(points))
-    table = tabulate(blank.material.hardening)
-    return Sheet(blank, points, membranes, pattern, table, area, held, mirrored, blank.mesh_size)
+    blank.material.prepare()
+    return Sheet(blank, points, membranes, pattern, area, held, mirrored, blank.mesh_size)

@@ -33,6 +33,7 @@ class SheetState(Arrays):
     strain: np.ndarray  # (m, 3) logarithmic strain H11, H22, 2 H12
     plastic: np.ndarray  # (m, 3) its plastic part
     equivalent: np.ndarray  # (m,) equivalent plastic strain
+    history: np.ndarray  # (m, k) what else the law remembers, such as a backstress; k = 0 for isotropic hardening
     stress: np.ndarray  # (m, 3) T, conjugate to H [MPa]
     thickness_strain: np.ndarray  # (m,) H33
     second_stress: np.ndarray  # (m, 3) second Piola-Kirchhoff S [MPa]
@@ -72,14 +73,15 @@ class State:
             contact.copy_from(other.tools[name])
 
 
-def new_sheet(points, n_tris):
-    """A flat, stress-free sheet. points : (n, 3)"""
+def new_sheet(points, n_tris, n_history=0):
+    """A flat, stress-free sheet. points : (n, 3); n_history : columns of the law's history"""
     return SheetState(
         x=np.array(points, dtype=float, order="C"),
         metric=np.tile([1.0, 1.0, 0.0], (n_tris, 1)),
         strain=np.zeros((n_tris, 3)),
         plastic=np.zeros((n_tris, 3)),
         equivalent=np.zeros(n_tris),
+        history=np.zeros((n_tris, n_history)),
         stress=np.zeros((n_tris, 3)),
         thickness_strain=np.zeros(n_tris),
         second_stress=np.zeros((n_tris, 3)),

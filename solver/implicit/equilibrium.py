@@ -21,7 +21,6 @@ from ..elements.membrane import (
     vector_areas,
 )
 from ..elements.pressure import pressure_forces
-from ..materials.planar_hill import update
 
 
 class ToolRun(NamedTuple):
@@ -109,12 +108,7 @@ class Equilibrium:
         pattern = self.sheet.pattern
         cells, gradients, volume = membranes.cells, membranes.gradients, membranes.volume
         metrics(sheet.x, cells, gradients, sheet.metric)
-        update(
-            sheet.metric, old.sheet.plastic, old.sheet.equivalent, float(material.young),
-            float(material.poisson), float(material.locus.r),
-            self.sheet.table, sheet.second_stress, sheet.tangent, sheet.strain, sheet.plastic, sheet.equivalent,
-            sheet.stress, sheet.thickness_strain,
-        )  # fmt: skip
+        material.update(sheet.metric, old.sheet, sheet)
         internal_forces(
             sheet.x, cells, gradients, volume, sheet.second_stress, self.normal, self.modulus,
             self.slot_force,
