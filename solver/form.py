@@ -88,7 +88,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
 def first_state(scene, sheet):
     """The flat blank and tools that touch nothing."""
     n_nodes, elements = len(sheet.points), sheet.elements
-    flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume))
+    flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), scene.blank.material.n_history)
     return State(flat, {name: new_contact(n_nodes) for name in scene.tools})
 
 

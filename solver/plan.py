@@ -31,7 +31,7 @@ def plan(scene):
         ),
         (
             "material",
-            f"{material.name}: {_name(material.locus)} with {_name(material.hardening)}, plane stress",
+            material.describe(),
         ),
     ]
     skips = []
@@ -41,7 +41,8 @@ def plan(scene):
     else:
         runs.append(("torsion stabilisation", "a membrane has no stiffness out of its plane"))
         skips.append(("bending, layers", "a membrane carries none; springback and compression need a shell"))
-    skips.append(("backstress", "isotropic hardening"))
+    if not material.n_history:
+        skips.append(("backstress", "isotropic hardening"))
     if blank.symmetry_planes:
         planes = ", ".join(blank.symmetry_planes)
         runs.append(
@@ -78,11 +79,3 @@ def _duty(tool):
     if tool.gap is not None:
         return f"held at a gap of {tool.gap:g} mm{friction}"
     return f"stands still{friction}"
-
-
-def _name(thing):
-    return (
-        repr(thing)
-        if hasattr(type(thing), "__dataclass_fields__")
-        else getattr(thing, "__name__", type(thing).__name__)
-    )

@@ -1,4 +1,4 @@
-"""The blank as constant arrays: operators, pattern, hardening table, supports. Built once per run."""
+"""The blank as constant arrays: operators, pattern, supports. Built once per run."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from .elements.assembly import Corners, Pattern, build_corners, build_pattern, gather_thickness
 from .elements.formulation import MembraneElements, SheetMesh, ShellElements
-from .materials.hardening import tabulate
 from .scene import AXES, Blank
 
 
@@ -14,7 +13,7 @@ from .scene import AXES, Blank
 class Sheet:
     """points (n, 3) initial nodes [mm]; elements: membranes or shells; corners: of the triangles' own nodes; pattern:
     of the unknowns, n nodes and then k edge slopes; area (n,) tributary area of each node [mm^2]; held (n + k, 3) bool,
-    unknowns that symmetry, supports or clamps keep in place; table: hardening curve; size: median side of the
+    unknowns that symmetry, supports or clamps keep in place; size: median side of the
     triangles [mm]."""
 
     blank: Blank
@@ -22,7 +21,6 @@ class Sheet:
     elements: MembraneElements | ShellElements
     corners: Corners
     pattern: Pattern
-    table: np.ndarray
     area: np.ndarray
     held: np.ndarray
     size: float
@@ -56,7 +54,7 @@ class Sheet:
 
 
 def build_sheet(blank):
-    """Sheet of a blank. Raises SceneError where its mesh or its hardening curve is not one."""
+    """Sheet of a blank. Raises SceneError where its mesh is not a surface or its material cannot be prepared."""
     points = np.array(blank.mesh.points, dtype=float, order="C")
     cells = np.ascontiguousarray(blank.mesh.cells, dtype=np.int64)
     planes = {AXES.index(axis): blank.nodes_of(f"symmetry_{axis}") for axis in blank.symmetry_planes}
@@ -75,6 +73,6 @@ def build_sheet(blank):
     area = np.zeros(len(points))
     np.add.at(area, cells.ravel(), np.repeat(elements.triangles.area / 3.0, 3))
     pattern = build_pattern(elements.slots, len(points) + elements.n_slopes, elements.n_translations)
-    table = tabulate(blank.material.hardening)
+    blank.material.prepare()
     held = np.vstack([held, slopes])
-    return Sheet(blank, points, elements, corners, pattern, table, area, held, blank.mesh_size)
+    return Sheet(blank, points, elements, corners, pattern, area, held, blank.mesh_size)

@@ -36,6 +36,7 @@ class SheetState(Arrays):
     strain: np.ndarray  # (p, 3) logarithmic strain H11, H22, 2 H12
     plastic: np.ndarray  # (p, 3) its plastic part
     equivalent: np.ndarray  # (p,) equivalent plastic strain
+    history: np.ndarray  # (p, j) what else the law remembers, such as a backstress; j = 0 for isotropic hardening
     stress: np.ndarray  # (p, 3) T, conjugate to H [MPa]
     thickness_strain: np.ndarray  # (p,) H33
     second_stress: np.ndarray  # (p, 3) second Piola-Kirchhoff S [MPa]
@@ -81,8 +82,8 @@ class State:
             contact.copy_from(other.tools[name])
 
 
-def new_sheet(points, n_slopes, n_points):
-    """A sheet in its initial shape, stress-free. points : (n, 3)"""
+def new_sheet(points, n_slopes, n_points, n_history=0):
+    """A sheet in its initial shape, stress-free. points : (n, 3); n_history : columns of the law's history"""
     n_rows = len(points) + n_slopes
     return SheetState(
         u=np.vstack([points, np.zeros((n_slopes, 3))]),
@@ -90,6 +91,7 @@ def new_sheet(points, n_slopes, n_points):
         strain=np.zeros((n_points, 3)),
         plastic=np.zeros((n_points, 3)),
         equivalent=np.zeros(n_points),
+        history=np.zeros((n_points, n_history)),
         stress=np.zeros((n_points, 3)),
         thickness_strain=np.zeros(n_points),
         second_stress=np.zeros((n_points, 3)),

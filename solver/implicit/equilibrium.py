@@ -13,7 +13,6 @@ from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.search import Neighbourhood
 from ..elements.assembly import gather_blocks, gather_forces
 from ..elements.pressure import pressure_forces
-from ..materials.planar_hill import update
 
 
 class ToolRun(NamedTuple):
@@ -92,12 +91,7 @@ class Equilibrium:
         elements, material, sheet = self.sheet.elements, self.sheet.blank.material, new.sheet
         n = len(sheet.x)
         elements.strain(sheet)
-        update(
-            sheet.metric, old.sheet.plastic, old.sheet.equivalent, float(material.young),
-            float(material.poisson), float(material.locus.r),
-            self.sheet.table, sheet.second_stress, sheet.tangent, sheet.strain, sheet.plastic, sheet.equivalent,
-            sheet.stress, sheet.thickness_strain,
-        )  # fmt: skip
+        material.update(sheet.metric, old.sheet, sheet)
         elements.forces(sheet, self.slot_force)
         elements.stiffness(sheet, self.stiffness)
         gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)

@@ -121,25 +121,27 @@ def update(metric, hp_old, ep_old, young, nu, r, table, s, ds_dc, strain, hp, ep
 
     metric : (m, 3) C11 C22 C12; hp_old : (m, 3); ep_old : (m,)
     fills s (m, 3) second Piola-Kirchhoff [MPa]; ds_dc (m, 3, 3) its derivative with respect to the
-    Green strain [E11, E22, 2 E12]; strain H (m, 3); hp (m, 3); ep (m,); stress T (m, 3), conjugate to H;
+    Green strain [E11, E22, 2 E12], left out where ds_dc is empty; strain H (m, 3); hp (m, 3); ep (m,); stress T (m, 3), conjugate to H;
     thickness_strain (m,) H33
     """
     for p in prange(metric.shape[0]):
         h = strain[p]
-        first = np.empty((3, 3))
+        first, second = np.empty((3, 3)), np.empty((3, 3))
         t = np.empty(3)
         c = np.empty((3, 3))
         y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
         log_strain(y1, y2, y3, h)
         dg, sy = stress_and_tangent(h, hp_old[p], ep_old[p], young, nu, r, table, t, c)
-        log_strain_derivatives(y1, y2, y3, t, first, ds_dc[p])
+        log_strain_derivatives(y1, y2, y3, t, first, second)
         for i in range(3):
             s[p, i] = first[0, i] * t[0] + first[1, i] * t[1] + first[2, i] * t[2]
+            if ds_dc.shape[0] == 0:
+                continue
             for j in range(3):
-                total = 0.0
+                total = second[i, j]
                 for k in range(3):
                     total += first[k, i] * (c[k, 0] * first[0, j] + c[k, 1] * first[1, j] + c[k, 2] * first[2, j])
-                ds_dc[p, i, j] += total
+                ds_dc[p, i, j] = total
         mu = dg / sy
         pr = r / (1.0 + r)
         hp[p, 0] = hp_old[p, 0] + mu * (t[0] - pr * t[1])

@@ -5,13 +5,10 @@ from scipy.spatial.transform import Rotation
 from solver import Blank, Implicit, Material, Membrane, Newton, PlanarHill, Scene, Shell, Stage, Swift, form
 from solver.elements.membrane import build_membranes, internal_forces, metrics, stiffnesses, unit_normals
 from solver.elements.pressure import pressure_forces
-from solver.materials.hardening import tabulate
-from solver.materials.planar_hill import update
 from tests.solver.lattice import square
 
 STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589), "mild steel")
 TIGHT = Implicit(newton=Newton(residual=1e-11, correction=1e-9))
-TABLE = tabulate(STEEL.hardening)
 
 
 class Patch:
@@ -21,16 +18,15 @@ class Patch:
         self.start = mesh.points.copy()
         self.m = build_membranes(mesh.points, mesh.cells, 0.8, rolling)
         n = len(mesh.cells)
-        self.plastic, self.equivalent = np.zeros((n, 3)), np.zeros(n)
+        self.state = STEEL.new_state(n)
         self.normal, self.torsion = self.m.axes[:, 2].copy(), 0.0
 
     def stress(self, x):
         n = len(self.m.cells)
-        metric, s, ds = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
-        h, hp, ep, t, h33 = np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty(n)
+        metric, new = np.empty((n, 3)), STEEL.new_state(n)
         metrics(x, self.m.cells, self.m.gradients, metric)
-        update(metric, self.plastic, self.equivalent, 206000.0, 0.3, 1.77, TABLE, s, ds, h, hp, ep, t, h33)
-        return s, ds
+        STEEL.update(metric, self.state, new)
+        return new.second_stress, new.tangent
 
     def forces(self, x):
         s, _ = self.stress(x)
