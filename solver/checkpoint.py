@@ -23,7 +23,8 @@ def fingerprint(scene):
     digest.update(repr((blank.thickness, blank.material, blank.element, tuple(blank.rolling), blank.clamped)).encode())
     for stage in scene.stages:
         tools = [(t.name, t.friction, tuple(t.axis), t.travel, t.force, t.gap) for t in stage.tools]
-        digest.update(repr((stage.name, stage.pressure, dict(stage.moved), tools)).encode())
+        loads = (stage.pressure, dict(stage.forces), dict(stage.moments), dict(stage.moved))
+        digest.update(repr((stage.name, loads, tools)).encode())
     return digest.hexdigest()
 
 
@@ -40,6 +41,8 @@ def save_checkpoint(path, scene, here, state, results, energy):
         file.attrs["history"] = json.dumps(results.history)
         file.attrs["energy"] = json.dumps(energy.sums)
         file["rate"] = march.rate
+        if march.relief is not None:
+            file["relief"] = march.relief
         for name, group in [("sheet", state.sheet), *((f"tools/{k}", c) for k, c in state.tools.items())]:
             for key, value in group.arrays().items():
                 file[f"{name}/{key}"] = value
@@ -63,6 +66,7 @@ def load_checkpoint(path, scene, state, results, energy):
             k, fraction, width, rates, placed = json.loads(file.attrs["march"])
             results.history.update(json.loads(file.attrs["history"]))
             energy.sums.update(json.loads(file.attrs["energy"]))
-            return k, March(fraction, width, file["rate"][()], rates, placed)
+            relief = file["relief"][()] if "relief" in file else None
+            return k, March(fraction, width, file["rate"][()], rates, placed, relief)
     except (OSError, KeyError) as error:
         raise SceneError(f"{path}: not a readable checkpoint ({error})") from None

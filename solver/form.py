@@ -57,7 +57,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
                 begun = start_march(stage, sheet, method, close_tools(sheet, stage, old))
             tools = tool_runs(scene, sheet, stage, method, begun.placed)
             stops = np.linspace(0.0, 1.0, frames + 1)[1:]
-            if begun.fraction == 0.0:
+            if begun.fraction == -1.0:
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
             for step in march(sheet, stage, tools, old, new, begun, method, stops):
                 energy.add(old, new, tools, step.torsion_work)
@@ -78,7 +78,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
         results.energy = energy.totals(scene.blank.share)
         results.seconds["total"] = time.perf_counter() - clock
         if not results.finished and results.history:
-            keep(recorder.frame(here[0], here[1].fraction, old, results), results, writer)
+            keep(recorder.frame(here[0], max(here[1].fraction, 0.0), old, results), results, writer)
             save_checkpoint(checkpoint, scene, here, old, results, energy)
         if writer:
             writer.close()
@@ -93,9 +93,17 @@ def first_state(scene, sheet):
 
 
 def close_tools(sheet, stage, state):
-    """Move the stage's tools until they touch the sheet. Returns {tool: (travel, side it presses from)}."""
+    """Move the stage's tools until they touch the sheet, and let go of all others.
+
+    returns : {tool: (travel, side it presses from)}
+    """
+    present = {tool.name for tool in stage.tools}
+    for name, contact in state.tools.items():
+        if name not in present:
+            contact.release()
     half = 0.5 * sheet.nodal_thickness(state.sheet.thickness_strain)
-    placed = place_tools(stage, state.sheet.x, half)
+    touching = {name: state.tools[name].travel[0] for name in present if state.tools[name].status.any()}
+    placed = place_tools(stage, state.sheet.x, half, touching)
     for name, (travel, _) in placed.items():
         state.tools[name].travel[0] = travel
         log.info("tool %s starts at %.4f mm along its axis", name, travel)
@@ -128,7 +136,7 @@ def progress(scene, k, step, results):
     return Progress(
         stage=scene.stages[k].name,
         increment=history["increment"][-1],
-        fraction=(k + step.march.fraction) / len(scene.stages),
+        fraction=(k + max(step.march.fraction, 0.0)) / len(scene.stages),
         stroke=history["stroke"][-1],
         iterations=step.outcome.iterations,
         n_contacts=history["n_contacts"][-1],

@@ -45,17 +45,18 @@ def side_of_blank(tool, points):
     return 1.0 if facing > 0.0 else -1.0
 
 
-def place_tools(stage, points, half_thickness):
+def place_tools(stage, points, half_thickness, touching=None):
     """Travel of every tool at the start of a stage and the side it presses from: {name: (travel, press)}.
 
-    points : (n, 3) sheet nodes; half_thickness : (n,)
-    A tool that travels, presses or keeps a gap is first closed until it touches the sheet.
+    points : (n, 3) sheet nodes; half_thickness : (n,); touching : {name: travel} of tools that touch the sheet already
+    A tool that travels, presses or keeps a gap is first closed until it touches the sheet; one that does, stays.
     Raises SceneError for a tool that never meets the blank or that overlaps it from the start.
     """
     thickness = 2.0 * float(half_thickness.mean())
     tolerance = 1e-9 * max(thickness, np.ptp(points, axis=0).max())
     travelling = [t for t in stage.tools if t.travel is not None]
     forward = np.sign(travelling[0].travel) * travelling[0].unit_axis if travelling else None
+    touching = touching or {}
     placed = {}
     for tool in stage.tools:
         axis = tool.unit_axis
@@ -63,7 +64,11 @@ def place_tools(stage, points, half_thickness):
             _check_fixed(tool, points, half_thickness, forward, tolerance, thickness)
             placed[tool.name] = (0.0, 0.0)
             continue
-        press = float(np.sign(tool.travel)) if tool.travel is not None else side_of_blank(tool, points)
+        here = points - touching.get(tool.name, 0.0) * axis
+        press = float(np.sign(tool.travel)) if tool.travel is not None else side_of_blank(tool, here)
+        if tool.name in touching and tool.gap is None:
+            placed[tool.name] = (float(touching[tool.name]), press)
+            continue
         distance = closing_distance(tool, points, half_thickness, press * axis, tolerance)
         if distance is None:
             raise SceneError(

@@ -58,6 +58,12 @@ def plan(scene):
         if stage.pressure:
             runs.append((f"stage {stage.name!r}", f"pressure up to {stage.pressure:g} MPa, following the sheet"))
         runs += [(f"stage {stage.name!r}, group {g}", f"moved by {tuple(m)} mm") for g, m in stage.moved.items()]
+        for group, force in stage.forces.items():
+            runs.append((f"stage {stage.name!r}, group {group}", f"forces up to {tuple(force)} N"))
+        for group, moment in stage.moments.items():
+            runs.append((f"stage {stage.name!r}, group {group}", f"edge moment up to {moment:g} N per mm"))
+        if stage.is_springback:
+            runs.append((f"stage {stage.name!r}", "springback: what was in balance before is relieved"))
         if not stage.tools:
             skips.append((f"stage {stage.name!r}, contact", "no tools"))
         if not any(tool.force for tool in stage.tools):

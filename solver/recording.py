@@ -17,7 +17,7 @@ class Recorder:
 
     def row(self, k, step, state, energy, results):
         """Append one increment of stage k to the history."""
-        fraction, outcome = step.march.fraction, step.outcome
+        fraction, outcome = max(step.march.fraction, 0.0), step.outcome
         thickness = self.sheet.thickness(state.sheet.thickness_strain)
         touching = np.zeros(len(self.sheet.points), dtype=bool)
         columns = {}

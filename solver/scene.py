@@ -166,19 +166,34 @@ class Stage:
 
     tools : Tools; the first with a travel sets the stroke
     pressure : MPa at the end of the stage on the sheet's face that its triangles' normals leave,
-        pushing against them; it follows the sheet and rises in proportion
+        pushing against them; it follows the sheet
+    forces : {group: (Fx, Fy, Fz)} N on the modelled nodes of the group together, by their share of its edge
+    moments : {group: N} per mm of a shell's free edge; positive stretches the face that the normals leave
     moved : {group: (dx, dy, dz)} mm over the stage, None for a free axis
+
+    Loads rise in proportion over the stage. What the stage before left unbalanced (its tools, loads and supports) is
+    relieved first, with this stage's tools at rest: a stage with nothing in it is springback.
     """
 
     tools: Sequence[Tool] = ()
     name: str = "draw"
     pressure: float = 0.0
+    forces: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    moments: Mapping[str, float] = field(default_factory=dict)
     moved: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
 
     def __post_init__(self):
         names = [tool.name for tool in self.tools]
         if len(set(names)) < len(names):
             raise SceneError(f"stage {self.name!r}: tools {names} share a name, expected a name each")
+        for group, force in self.forces.items():
+            if np.shape(force) != (3,) or not np.isfinite(np.asarray(force, dtype=float)).all():
+                raise SceneError(f"stage {self.name!r} forces {group!r}: found {force!r}, expected 3 numbers in N")
+
+    @property
+    def is_springback(self):
+        """Whether nothing acts in this stage: the sheet only relieves what was left unbalanced."""
+        return not (self.tools or self.pressure or self.forces or self.moments or self.moved)
 
     @property
     def stroke(self):
@@ -204,7 +219,7 @@ class Scene:
         if not self.stages:
             raise SceneError("scene: found no stage, expected at least one")
         for stage in self.stages:
-            for group in stage.moved:
+            for group in (*stage.moved, *stage.forces, *stage.moments):
                 self.blank.nodes_of(group)
 
     @property

@@ -43,7 +43,7 @@ class SheetState(Arrays):
     tangent: np.ndarray  # (p, 3, 3) dS/dE [MPa]
     # gather
     internal: np.ndarray  # (n + k, 3) internal forces [N]
-    external: np.ndarray  # (n + k, 3) forces of the pressure [N]
+    external: np.ndarray  # (n + k, 3) forces of the loads [N]
     n_nodes: int
 
     @property
@@ -66,6 +66,12 @@ class ContactState(Arrays):
     friction_force: np.ndarray  # (n, 3) on the sheet [N], in the tool's frame
     status: np.ndarray  # (n,) open, stick or slip
     force: np.ndarray  # (3,) of the modelled sheet on the tool [N]
+
+    def release(self):
+        """Forget every touch."""
+        for values in (self.normal_force, self.multiplier, self.friction_force, self.status, self.force):
+            values[...] = 0
+        self.gap[...] = np.inf
 
 
 @dataclass

@@ -12,7 +12,9 @@ import numpy as np
 from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.search import Neighbourhood
 from ..elements.assembly import gather_blocks, gather_forces
-from ..elements.pressure import pressure_forces
+from ..loads import Loads
+from ..scene import AXES
+from ..springback import least_supports
 
 
 class ToolRun(NamedTuple):
@@ -41,7 +43,7 @@ class Tangent(NamedTuple):
 class Equilibrium:
     """One stage of one sheet: residual and tangent of any trial state."""
 
-    def __init__(self, sheet, stage, tools, method):
+    def __init__(self, sheet, stage, tools, method, x):
         self.sheet, self.stage, self.tools = sheet, stage, tools
         self.driven = [run for run in tools if run.load > 0.0]
         self.method = method
@@ -50,7 +52,7 @@ class Equilibrium:
         size = k + 2 * elements.n_translations
         self.skin = method.skin * sheet.blank.thickness
         self.half_thickness = np.empty(n)
-        self.slot_load = np.empty((m, 3, 3))
+        self.loads = Loads(sheet, stage)
         self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
         self.contact = np.empty((n, 3))
         self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
@@ -60,6 +62,19 @@ class Equilibrium:
             for axis, distance in enumerate(movement):
                 if distance is not None:
                     self.fixed[sheet.blank.nodes_of(group), axis] = True
+        if stage.is_springback:
+            planes = [AXES.index(axis) for axis in sheet.blank.symmetry_planes]
+            self.fixed[tuple(least_supports(x, self.fixed[:n], planes, bool(sheet.blank.clamped)))] = True
+
+    def unbalanced(self, old):
+        """Forces that are no longer in balance where a stage starts, (n + k, 3) [N]: those in the sheet without the
+        tools, supports and loads of the stage before."""
+        residual = -old.sheet.internal
+        for run in self.tools:
+            contact = old.tools[run.tool.name]
+            residual[: len(old.sheet.x)] += contact.normal_force[:, None] * contact.normal + contact.friction_force
+        residual[self.fixed] = 0.0
+        return residual
 
     def begin(self, old, new):
         """Finish the prediction and freeze what an increment takes from its start."""
@@ -80,9 +95,9 @@ class Equilibrium:
             lift = (self.half_thickness[nodes] + before.gap[nodes] - hit.distance)[:, None] * hit.normal
             new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, lift)
 
-    def evaluate(self, old, new, pressure, first=False):
-        """Fill new from its positions and tool travels. Returns the residuals: unknowns (n + k, 3), 0 where fixed,
-        driven tools (k,), and the scale of the forces in play, all [N].
+    def evaluate(self, old, new, fraction, first=False):
+        """Fill new from its positions and tool travels at a fraction of the stage. Returns the residuals: unknowns
+        (n + k, 3), 0 where fixed, driven tools (j,), and the scale of the forces in play, all [N].
 
         The first evaluation of an increment remembers who touched: those nodes enter the tangent even where the
         sheet has thinned away from the tool meanwhile.
@@ -95,9 +110,7 @@ class Equilibrium:
         elements.forces(sheet, self.slot_force)
         elements.stiffness(sheet, self.stiffness)
         gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
-        if pressure != 0.0:
-            pressure_forces(sheet.x, elements.triangles.cells, pressure, self.slot_load, self.stiffness)
-            gather_forces(self.slot_load, *self.sheet.corners, sheet.external[:n])
+        self.loads.apply(sheet, fraction, self.stiffness)
         self.contact[:] = 0.0
         for run in self.tools:
             self._touch(run, old, new)

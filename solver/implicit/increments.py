@@ -13,18 +13,22 @@ from .sparse import SparseSolver
 
 log = logging.getLogger("cadlink")
 GROW, SHRINK, CUT = 1.5, 0.7, 0.3
+NEGLIGIBLE = 1e-5  # unbalanced force at a stage's start, relative to the least scale of forces
+RELIEF = 0.25  # first increment of what is relieved before a stage
 
 
 class March(NamedTuple):
-    """Where a stage stands. fraction : of the stage, 0..1; width : of the next increment; rate : (n + k, 3) and
-    rates {tool: mm}, movement per fraction of the last increment, for the prediction; placed : {tool:
-    (travel at the stage's start [mm], sign of the axis that leads to the sheet)}."""
+    """Where a stage stands. fraction : of the stage, 0..1; before that, -1..0, what the last stage left unbalanced is
+    relieved; width : of the next increment; rate : (n + k, 3) and rates {tool: mm}, movement per fraction of the last
+    increment, for the prediction; placed : {tool: (travel at the stage's start [mm], sign of the axis that leads to
+    the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known."""
 
     fraction: float
     width: float
     rate: np.ndarray
     rates: dict
     placed: dict
+    relief: np.ndarray | None = None
 
 
 class Accepted(NamedTuple):
@@ -51,8 +55,7 @@ def widths(stage, sheet, increments):
 
 def start_march(stage, sheet, method, placed):
     """A stage not yet begun."""
-    first, _ = widths(stage, sheet, method.increments)
-    return March(0.0, first, np.zeros(sheet.held.shape), {tool.name: 0.0 for tool in stage.tools}, placed)
+    return March(-1.0, RELIEF, np.zeros(sheet.held.shape), {tool.name: 0.0 for tool in stage.tools}, placed)
 
 
 def march(sheet, stage, tools, old, new, begun, method, stops):
@@ -60,24 +63,32 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
 
     tools : ToolRuns; stops : rising fractions that increments end at exactly. Raises StepFailed.
     """
-    equilibrium = Equilibrium(sheet, stage, tools, method)
+    equilibrium = Equilibrium(sheet, stage, tools, method, old.sheet.x)
     solver = SparseSolver(sheet.pattern.block_row, sheet.pattern.block_column, ~equilibrium.fixed)
-    _, largest = widths(stage, sheet, method.increments)
+    first, largest = widths(stage, sheet, method.increments)
     floor = 1e-3 * sheet.blank.material.initial_yield_stress * sheet.blank.thickness * sheet.size
-    settle = begun.fraction == 0.0 and bool(equilibrium.driven)
     place = begun
+    if place.relief is None:
+        relief = equilibrium.unbalanced(old)
+        place = place._replace(relief=relief)
+        if np.linalg.norm(relief) <= NEGLIGIBLE * floor:
+            # Nothing to relieve: tools that press find their balance in one go, without any the stage starts at once.
+            place = place._replace(width=1.0) if equilibrium.driven else place._replace(fraction=0.0, width=first)
+    equilibrium.loads.relief = place.relief
+    end = 0.0 if stage.is_springback else 1.0
     cuts = 0
-    while place.fraction < 1.0 or settle:
-        ahead = stops[np.searchsorted(stops, place.fraction + 1e-9)]
-        width = 0.0 if settle else place.width
+    while place.fraction < end:
+        relieving = place.fraction < 0.0
+        ahead = 0.0 if relieving else stops[np.searchsorted(stops, place.fraction + 1e-9)]
+        width = place.width
         # No sliver is left before a stop.
-        if not settle and place.fraction + 1.2 * width >= ahead:
+        if place.fraction + 1.2 * width >= ahead:
             width = ahead - place.fraction
         fraction = ahead if place.fraction + width == ahead else place.fraction + width
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
         equilibrium.begin(old, new)
-        outcome = solve_increment(equilibrium, solver, old, new, fraction * stage.pressure, method, floor)
+        outcome = solve_increment(equilibrium, solver, old, new, fraction, method, floor)
         trail = " ".join(f"{r:.1e}" for r in outcome.residuals)
         if not outcome.converged:
             cuts += 1
@@ -90,18 +101,24 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             place = place._replace(width=CUT * width)
             continue
         log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
-        if settle:
-            settle = False
-            rate, rates = place.rate, place.rates
-        else:
-            rate = (new.sheet.u - old.sheet.u) / width
-            rates = {k: float(c.travel[0] - old.tools[k].travel[0]) / width for k, c in new.tools.items()}
-            effort = outcome.iterations
-            scale = GROW if effort <= method.increments.swift else SHRINK if effort > method.increments.slow else 1.0
-            # A stop that shortened this increment does not shorten the next.
-            place = place._replace(width=min(max(scale * width, place.width if scale >= 1.0 else 0.0), largest))
-        place = March(fraction, place.width, rate, rates, place.placed)
+        place = onward(place, width, outcome.iterations, old, new, first, RELIEF if relieving else largest, method)
+        place = place._replace(fraction=1.0 if fraction == end else fraction)
         yield Accepted(place, outcome, cuts, sheet.elements.stabilisation_work(old.sheet, new.sheet))
+
+
+def onward(place, width, iterations, old, new, first, largest, method):
+    """The march after an accepted increment: its rates, and the width of the next one."""
+    if place.fraction < 0.0:
+        rate, rates = np.zeros_like(place.rate), dict.fromkeys(place.rates, 0.0)
+    else:
+        rate = (new.sheet.u - old.sheet.u) / width
+        rates = {k: float(c.travel[0] - old.tools[k].travel[0]) / width for k, c in new.tools.items()}
+    if place.fraction < 0.0 <= place.fraction + 1.0000001 * width:
+        return place._replace(width=first, rate=rate, rates=rates)
+    scale = GROW if iterations <= method.increments.swift else SHRINK if iterations > method.increments.slow else 1.0
+    # A stop that shortened this increment does not shorten the next.
+    wider = max(scale * width, place.width if scale >= 1.0 else 0.0)
+    return place._replace(width=min(wider, largest), rate=rate, rates=rates)
 
 
 def remedy(sheet):
@@ -112,7 +129,7 @@ def remedy(sheet):
 
 def predict(sheet, stage, tools, place, fraction, old, new):
     """Move the tools, the prescribed nodes, and the rest of the sheet as it moved last."""
-    width = fraction - place.fraction
+    width = max(fraction, 0.0) - max(place.fraction, 0.0)
     shift = width * place.rate
     farthest = width * max((abs(tool.travel) for tool in stage.tools if tool.travel is not None), default=np.inf)
     if 0.0 < farthest < np.inf:
@@ -128,7 +145,7 @@ def predict(sheet, stage, tools, place, fraction, old, new):
     for run in tools:
         travel = old.tools[run.tool.name].travel[0]
         if run.tool.travel is not None:
-            travel = run.start + fraction * run.tool.travel
+            travel = run.start + max(fraction, 0.0) * run.tool.travel
         elif run.load > 0.0:
             travel += width * place.rates[run.tool.name]
         new.tools[run.tool.name].travel[0] = travel

@@ -38,12 +38,12 @@ def correction(solver, tangent, residual, balance, softest):
     return free - coupled @ tools, tools
 
 
-def solve_increment(equilibrium, solver, old, new, pressure, method, scale_floor):
+def solve_increment(equilibrium, solver, old, new, fraction, method, scale_floor):
     """Bring new into equilibrium, starting from the positions and travels it holds. Returns Outcome."""
     out = Outcome()
     thickness = equilibrium.sheet.blank.thickness
     for out.augmentations in range(AUGMENTATIONS + 1):
-        iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out)
+        iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out)
         if not out.converged or deepest(new) <= method.penetration * thickness:
             return out
         for contact in new.tools.values():
@@ -65,12 +65,12 @@ def deepest(state):
     return max(overlaps, default=0.0)
 
 
-def iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out):
+def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     """Newton iterations at fixed multipliers; fills out."""
     newton, size = method.newton, equilibrium.sheet.size
     driven = [new.tools[run.tool.name] for run in equilibrium.driven]
     softest = 1e-3 * equilibrium.sheet.contact_stiffness * equilibrium.sheet.area.sum()
-    residual, balance, scale = equilibrium.evaluate(old, new, pressure, first=True)
+    residual, balance, scale = equilibrium.evaluate(old, new, fraction, first=True)
     error = relative(residual, balance, scale, scale_floor)
     last_step = np.inf
     for _ in range(newton.iterations):
@@ -100,7 +100,7 @@ def iterate(equilibrium, solver, old, new, pressure, method, scale_floor, out):
             new.sheet.u[:] = start[0] + step * dx
             for contact, travel, change in zip(driven, start[1], dw, strict=True):
                 contact.travel[:] = travel + step * change
-            return equilibrium.evaluate(old, new, pressure)
+            return equilibrium.evaluate(old, new, fraction)
 
         residual, balance, scale = at(step)
         error = relative(residual, balance, scale, scale_floor)

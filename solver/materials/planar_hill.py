@@ -121,8 +121,8 @@ def update(metric, hp_old, ep_old, young, nu, r, table, s, ds_dc, strain, hp, ep
 
     metric : (m, 3) C11 C22 C12; hp_old : (m, 3); ep_old : (m,)
     fills s (m, 3) second Piola-Kirchhoff [MPa]; ds_dc (m, 3, 3) its derivative with respect to the
-    Green strain [E11, E22, 2 E12], left out where ds_dc is empty; strain H (m, 3); hp (m, 3); ep (m,); stress T (m, 3), conjugate to H;
-    thickness_strain (m,) H33
+    Green strain [E11, E22, 2 E12], left out where ds_dc is empty; strain H (m, 3); hp (m, 3); ep (m,);
+    stress T (m, 3), conjugate to H; thickness_strain (m,) H33
     """
     for p in prange(metric.shape[0]):
         h = strain[p]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from plugins.scene_file import SceneFile
-from solver import Implicit, Increments, Scene, Stage, form
+from solver import Implicit, Scene, Stage, form
 
 FOLDER = Path(__file__).resolve().parents[2] / "examples" / "square_cup"
 
@@ -24,24 +24,23 @@ def cup(tmp_path, size, travel, scene_file="aluminium.toml"):
 
 
 def test_draw_in_at_15_mm(tmp_path):
-    results = form(cup(tmp_path, 5.0, 15.0), frames=15)
-    assert results.history["draw_in_DX"][-1] == pytest.approx(5.3, rel=0.1)
-    assert results.history["draw_in_DD"][-1] == pytest.approx(3.3, rel=0.1)
-    # The cup is as symmetric as its mesh, whose diagonals all lean one way.
+    results = form(cup(tmp_path, 3.75, 15.0), frames=15)
+    assert results.history["draw_in_DX"][-1] == pytest.approx(5.3, rel=0.12)
+    assert results.history["draw_in_DD"][-1] == pytest.approx(3.3, rel=0.12)
     assert results.history["draw_in_DY"][-1] == pytest.approx(results.history["draw_in_DX"][-1], rel=0.02)
     assert results.history["force_BLANK_HOLDER"][-1] == pytest.approx(19600.0, rel=1e-5)
-    assert abs(results.energy["imbalance"]) < 0.02 * results.energy["external"]
+    assert abs(results.energy["imbalance"]) < 0.01 * results.energy["external"]
+    assert not results.remarks()
 
 
-def test_halving_the_torsion_stiffness_moves_nothing_by_a_thousandth(tmp_path):
-    # The paper's T* alone: the part added under compression moves the force by a per cent (README).
-    # Small even increments, the same in both runs: only the stiffness differs.
-    scene = cup(tmp_path, 2.5, 5.0)
-    method = Implicit(increments=Increments(largest=0.04))
-    full, half = (form(scene, m, frames=5) for m in (method, replace(method, torsion=0.5 * method.torsion)))
-    assert half.history["force_PUNCH"][-1] == pytest.approx(full.history["force_PUNCH"][-1], rel=1e-3)
-    thickness = [r.frames[-1].cell_fields["thickness"] for r in (full, half)]
-    assert thickness[1] == pytest.approx(thickness[0], rel=1e-3)
+@pytest.mark.slow
+@pytest.mark.parametrize("option", ["penalty", "stick", "skin"])
+def test_numerical_parameters_of_contact_move_nothing_a_user_reads(tmp_path, option):
+    scene, method = cup(tmp_path, 3.75, 15.0), Implicit()
+    changed = replace(method, **{option: 0.5 * getattr(method, option)})
+    first, second = (form(scene, m, frames=1) for m in (method, changed))
+    for column in ("force_PUNCH", "thickness_min", "thickness_max", "draw_in_DX", "draw_in_DD"):
+        assert second.history[column][-1] == pytest.approx(first.history[column][-1], rel=5e-3), column
 
 
 @pytest.mark.slow
