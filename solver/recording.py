@@ -5,6 +5,7 @@ import numpy as np
 from .contact.node_on_tool import OPEN
 from .draw_in import RimGauge
 from .results import Frame
+from .scene import AXES
 
 
 class Recorder:
@@ -13,6 +14,14 @@ class Recorder:
     def __init__(self, scene, sheet):
         self.scene, self.sheet = scene, sheet
         self.gauges = {name: RimGauge(sheet, direction, name) for name, direction in scene.blank.draw_in.items()}
+        moved = {
+            (g, axis)
+            for stage in scene.stages
+            for g, m in stage.moved.items()
+            for axis in range(3)
+            if m[axis] is not None
+        }
+        self.supports = sorted(moved)
         self.before = np.concatenate([[0.0], np.cumsum([stage.stroke for stage in scene.stages])])
 
     def row(self, k, step, state, energy, results):
@@ -27,6 +36,14 @@ class Recorder:
             columns[f"force_{name}"] = float(contact.force @ axis) / self.scene.blank.share
             columns[f"travel_{name}"] = float(contact.travel[0])
             touching |= contact.status != OPEN
+        for group, axis in self.supports:
+            force = state.sheet.internal - state.sheet.external
+            nodes = self.scene.blank.nodes_of(group)
+            touch = sum(
+                c.normal_force[nodes] * c.normal[nodes, axis] + c.friction_force[nodes, axis]
+                for c in state.tools.values()
+            )
+            columns[f"reaction_{group}_{AXES[axis]}"] = float(np.sum(force[nodes, axis] - touch))
         for name, gauge in self.gauges.items():
             columns[f"draw_in_{name}"] = gauge.read(state.sheet.x)
         results.record(

@@ -49,7 +49,8 @@ class Results:
 
     history : {column: list}, one entry per increment: stage, increment, stroke, iterations, residual,
         n_contacts, force_<tool> [N, whole part, along the tool's axis, on the tool], travel_<tool> [mm],
-        draw_in_<name> [mm], thickness_min, thickness_max [mm], thinning_max,
+        reaction_<group>_<axis> [N, on the modelled nodes of a group that is moved], draw_in_<name> [mm],
+        thickness_min, thickness_max [mm], thinning_max,
         torsion_share (work of the torsion stabilisation relative to the external work so far)
     frames : [Frame], the ones asked for
     energy : {external: work by tools, loads and supports; internal, friction, contact, torsion; imbalance} [mJ],
