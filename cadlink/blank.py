@@ -18,7 +18,14 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from cadlink.blank_edges import ON_PLANE, edge_groups, nodes_on_planes
 from cadlink.errors import CadError
-from cadlink.lattice import lattice_quarter_disc, lattice_rectangle, lattice_ring, mirror, split_quads
+from cadlink.lattice import (
+    lattice_equilateral,
+    lattice_quarter_disc,
+    lattice_rectangle,
+    lattice_ring,
+    mirror,
+    split_quads,
+)
 from cadlink.outline import Disc, Polygon, Rectangle
 from cadlink.plate import FaceOutline, blank_outline
 
@@ -65,7 +72,8 @@ def mesh_blank(outline, size, *, arrangement="unstructured", shape="triangle", s
     outline : Rectangle, Disc, Polygon; or a Part (or FaceOutline) that is a plate or a planar face.
         A plate is meshed on its mid-plane, and its thickness is on the mesh
     size : edge length to aim at [mm]
-    arrangement : "unstructured"; or "structured": rectangles (rows with all diagonals one way), discs, rings
+    arrangement : "unstructured"; or "structured": rectangles (rows with all diagonals one way), discs, rings; or
+        "equilateral": rectangles of triangles with equal sides, the first along the blank's x axis
     shape : "triangle" or "quad"
     symmetry : axes whose plane through the origin halves the blank: ("x",) keeps x >= 0, ("x", "y") a quarter
     z : height of the mesh [mm]; None leaves a part where it is, and other outlines at 0
@@ -81,8 +89,8 @@ def mesh_blank(outline, size, *, arrangement="unstructured", shape="triangle", s
     if expected > MOST_CELLS:
         raise CadError(f"mesh_blank size: {size:g} mm makes {expected:.0e} cells; expected at most {MOST_CELLS:.0e}")
 
-    if arrangement == "structured":
-        xy, cells, loops = _structured(outline, size, shape, cuts)
+    if arrangement != "unstructured":
+        xy, cells, loops = _structured(outline, size, shape, cuts, arrangement)
     else:
         xy, cells, loops = _unstructured(outline, size, shape, cuts, timeout)
 
@@ -109,11 +117,13 @@ def _check_choices(size, arrangement, shape, z, timeout):
         if not _is_number(value) or not value > 0.0:
             raise CadError(f"mesh_blank {name}: expected a number > 0, got {value!r}")
     for name, value, known in (
-        ("arrangement", arrangement, ("unstructured", "structured")),
+        ("arrangement", arrangement, ("unstructured", "structured", "equilateral")),
         ("shape", shape, ("triangle", "quad")),
     ):
         if value not in known:
             raise CadError(f"mesh_blank {name}: expected {' or '.join(map(repr, known))}, got {value!r}")
+    if arrangement == "equilateral" and shape != "triangle":
+        raise CadError(f"mesh_blank shape: an equilateral lattice is of triangles, got {shape!r}")
     if z is not None and not _is_number(z):
         raise CadError(f"mesh_blank z: expected a height in mm, got {z!r}")
 
@@ -153,13 +163,18 @@ def _half_planes(symmetry, axes):
 # ---- structured
 
 
-def _structured(outline, size, shape, cuts):
+def _structured(outline, size, shape, cuts, arrangement):
     """Rectangles by rows; discs and rings about the origin's symmetry planes."""
     simple = outline.simple if isinstance(outline, FaceOutline) else outline
     along_axes = all(np.abs(direction).max() == 1.0 for direction in cuts.values())
     if simple is None or isinstance(simple, Polygon) or not along_axes:
         raise CadError("mesh_blank arrangement: only rectangles, discs and rings can be 'structured', along their axes")
     kept = {int(np.argmax(np.abs(direction))): name for name, direction in cuts.items()}
+    if arrangement == "equilateral":
+        if not isinstance(simple, Rectangle):
+            raise CadError("mesh_blank arrangement: only rectangles can be 'equilateral'")
+        points, cells = lattice_equilateral(*_kept_bounds(simple, kept), size)
+        return points, cells, [loop.polyline() for loop in simple.loops]
     build = _structured_rectangle if isinstance(simple, Rectangle) else _structured_disc
     points, quads = build(simple, size, kept)
     cells = split_quads(points, quads) if shape == "triangle" else quads
@@ -173,6 +188,10 @@ def _structured(outline, size, shape, cuts):
 
 
 def _structured_rectangle(rectangle, size, kept):
+    return lattice_rectangle(*_kept_bounds(rectangle, kept), size)
+
+
+def _kept_bounds(rectangle, kept):
     if rectangle.holes:
         raise CadError("mesh_blank arrangement: a rectangle with holes cannot be 'structured'")
     bounds = list(rectangle.bounds)
@@ -181,7 +200,7 @@ def _structured_rectangle(rectangle, size, kept):
         length = high - low
         _check_halves(name, max(high, 0.0) / length if low < -ON_PLANE * length else 1.0, low > ON_PLANE * length)
         bounds[2 * axis] = 0.0
-    return lattice_rectangle(*bounds, size)
+    return bounds
 
 
 def _structured_disc(disc, size, kept):

@@ -1,6 +1,6 @@
-"""Structured meshes of rectangles, discs and rings: points and quadrilaterals by formula, without gmsh."""
+"""Structured meshes of rectangles, discs and rings: points and cells by formula, without gmsh."""
 
-from math import ceil, pi
+from math import ceil, pi, sqrt
 
 import numpy as np
 
@@ -13,6 +13,29 @@ def lattice_rectangle(x0, x1, y0, y1, size):
     nx, ny = cells_along(x1 - x0, size), cells_along(y1 - y0, size)
     x, y = np.meshgrid(np.linspace(x0, x1, nx + 1), np.linspace(y0, y1, ny + 1))
     return np.column_stack((x.ravel(), y.ravel())), quads_of_grid(nx, ny)
+
+
+def lattice_equilateral(x0, x1, y0, y1, size):
+    """Rows of triangles with sides along x and at 60 degrees to it, as near as the rectangle allows; half triangles at
+    the two ends of a row.
+
+    returns : points (n, 2) mm, triangles (m, 3), both by rows
+    """
+    nx, ny = cells_along(x1 - x0, size), cells_along(y1 - y0, 0.5 * sqrt(3.0) * size)
+    even = np.linspace(x0, x1, nx + 1)
+    odd = np.concatenate(([x0], 0.5 * (even[1:] + even[:-1]), [x1]))
+    rows = [even if j % 2 == 0 else odd for j in range(ny + 1)]
+    points = np.column_stack((np.concatenate(rows), np.repeat(np.linspace(y0, y1, ny + 1), [len(row) for row in rows])))
+    first = np.concatenate(([0], np.cumsum([len(row) for row in rows])))
+    cells = []
+    for j in range(ny):
+        e, o = (first[j], first[j + 1]) if j % 2 == 0 else (first[j + 1], first[j])
+        i, k = np.arange(nx), np.arange(nx + 1)
+        along = np.column_stack((e + i, e + i + 1, o + i + 1))  # sides on the even row
+        across = np.column_stack((e + k, o + k + 1, o + k))
+        row = np.vstack((along, across))[np.argsort(np.concatenate((2 * i + 1, 2 * k)), kind="stable")]
+        cells.append(row if j % 2 == 0 else row[:, ::-1])
+    return points, np.vstack(cells)
 
 
 def lattice_ring(inner, outer, first, last, size):

@@ -109,7 +109,9 @@ def show_field(sheet, field, path):
     known = sorted({*sheet.cell_data.keys(), *sheet.point_data.keys()})
     if field not in known:
         raise report.RunFolderError(f"{path}: found no field {field!r}, expected one of {', '.join(known)}")
-    label, factor = LABELS.get(field, (field.replace("_", " "), 1.0))
+    layer = next((end for end in ("_top", "_bottom") if field.endswith(end)), "")
+    label, factor = LABELS.get(field.removesuffix(layer), (field.replace("_", " "), 1.0))
+    label += layer.replace("_", ", ")
     on_cells = field in sheet.cell_data
     values = np.asarray(sheet.cell_data[field] if on_cells else sheet.point_data[field], dtype=float)
     if values.ndim == 2 and values.shape[1] == 6:

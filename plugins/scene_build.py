@@ -113,7 +113,8 @@ def build_stages(keys, surfaces):
             changed = {name: keys.tools[name].changed_by(change) for name, change in stage.tools.items()}
         tools = [build_tool(name, tool, surfaces[name]) for name, tool in changed.items()]
         name = stage.name or f"stage {number}"
-        stages.append(solver.Stage(tools, name=name, pressure=stage.pressure, moved=stage.moved))
+        loads = {"pressure": stage.pressure, "forces": stage.forces, "moments": stage.moments, "moved": stage.moved}
+        stages.append(solver.Stage(tools, name=name, **loads))
     return tuple(stages)
 
 

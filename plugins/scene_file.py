@@ -180,7 +180,7 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
         yield "blank.symmetry", f"found {shown(blank.symmetry)}, expected each axis once"
     if keys.cad is None and (blank.part or keys.tools):
         yield "cad", "missing, expected the STEP file with the parts, relative to the scene file"
-    if not keys.tools and not any(stage.pressure or stage.moved for stage in keys.stages):
+    if not keys.tools and not any(s.pressure or s.forces or s.moments or s.moved for s in keys.stages):
         yield "tools", "missing, expected a table such as [tools.PUNCH]: nothing forms the blank"
 
     for name, tool in keys.tools.items():

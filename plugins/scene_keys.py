@@ -85,7 +85,7 @@ class Blank(Table):
     part: Name | None = None
     outline: Annotated[Outline, BeforeValidator(_one_outline)] | None = None
     size: PositiveLength = Field(description="the length of a triangle's side in mm, such as 2.5")
-    arrangement: Literal["structured", "unstructured"] = "structured"
+    arrangement: Literal["structured", "equilateral", "unstructured"] = "structured"
     symmetry: list[Literal["x", "y"]] = []
     thickness: PositiveLength | None = None
     element: Literal["shell", "membrane"] = "shell"
@@ -252,6 +252,9 @@ def _movement(value):
     return value
 
 
+Force = Annotated[float, Quantity("a force", "N")]
+
+
 def _length_or_free(value):
     return None if value == "free" else value
 
@@ -260,11 +263,13 @@ Movement = Annotated[tuple[Annotated[Length | None, BeforeValidator(_length_or_f
 
 
 class Stage(Table):
-    """One operation; without tools of its own, every tool takes part."""
+    """One operation; without tools of its own, every tool takes part. tools = {} and nothing else is springback."""
 
     name: Name | None = None
     tools: dict[str, Tool] | None = None
     pressure: Stress = 0.0
+    forces: dict[str, tuple[Force, Force, Force]] = {}
+    moments: dict[str, Number] = {}
     moved: dict[str, Movement] = {}
 
 

@@ -27,6 +27,8 @@ EVERY_KIND = [
     (Disc(50.0, holes=[Disc(20.0)]), {"arrangement": "structured"}),
     (Disc(50.0, holes=[Disc(20.0)]), {"arrangement": "structured", "symmetry": ("x", "y")}),
     (Rectangle(120.0, 80.0), {"arrangement": "structured", "symmetry": ("x", "y")}),
+    (Rectangle(120.0, 80.0), {"arrangement": "equilateral"}),
+    (Rectangle(120.0, 80.0), {"arrangement": "equilateral", "symmetry": ("x", "y")}),
     (Rectangle(120.0, 80.0), {"shape": "quad", "symmetry": ("x",)}),
     (PIERCED, {}),
     (PIERCED, {"symmetry": ("x",)}),
@@ -175,6 +177,19 @@ def test_a_blank_drawn_as_a_quarter_stays_whole(arrangement):
     )
     assert mesh.areas.sum() == pytest.approx(75.0 * 50.0)
     assert len(mesh.groups["symmetry_x"]) == 11 and len(mesh.groups["rim"]) == 26
+
+
+def test_equilateral_triangles_have_equal_sides():
+    mesh = mesh_blank(Rectangle(60.0, 17.5 * np.sqrt(3.0)), size=5.0, arrangement="equilateral")
+    side = np.linalg.norm(mesh.points[mesh.cells] - mesh.points[np.roll(mesh.cells, 1, axis=1)], axis=2)
+    inner = np.abs(mesh.points[mesh.cells].mean(axis=1)[:, 0]) < 27.0
+    assert side[inner] == pytest.approx(5.0)
+    assert mesh.areas.sum() == pytest.approx(60.0 * 17.5 * np.sqrt(3.0))
+    assert mesh.areas.min() > 0.0
+    with pytest.raises(CadError, match="only rectangles can be 'equilateral'"):
+        mesh_blank(Disc(20.0), size=5.0, arrangement="equilateral")
+    with pytest.raises(CadError, match="an equilateral lattice is of triangles"):
+        mesh_blank(Rectangle(20.0, 20.0), size=5.0, arrangement="equilateral", shape="quad")
 
 
 def test_unstructured_is_deterministic_in_another_process():
@@ -349,7 +364,10 @@ def test_plate_from_a_step_file(tmp_path):
         (lambda: mesh_blank(Disc(50.0), size=float("nan")), "size: expected a number > 0"),
         (lambda: mesh_blank(Disc(50.0), size="2"), "size: expected a number > 0"),
         (lambda: mesh_blank(Disc(50.0), size=1e-3), "expected at most"),
-        (lambda: mesh_blank(Disc(50.0), size=5.0, arrangement="mapped"), "'unstructured' or 'structured'"),
+        (
+            lambda: mesh_blank(Disc(50.0), size=5.0, arrangement="mapped"),
+            "'unstructured' or 'structured' or 'equilateral'",
+        ),
         (lambda: mesh_blank(Disc(50.0), size=5.0, shape="tri"), "'triangle' or 'quad'"),
         (lambda: mesh_blank(Disc(50.0), size=5.0, symmetry=("w",)), "some of 'x', 'y', 'z'"),
         (lambda: mesh_blank(Disc(50.0), size=5.0, symmetry=("x", "x")), "each once"),
