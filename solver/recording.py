@@ -71,6 +71,7 @@ class Recorder:
         for suffix, layer in shown_layers(len(self.sheet.elements.weight)).items():
             cells["plastic_strain" + suffix] = state.sheet.equivalent.reshape(len(thickness), -1)[:, layer].copy()
             cells["stress" + suffix] = cauchy_stress(self.sheet.elements, state.sheet, layer)
+        cells |= self.sheet.elements.section(state.sheet)
         return Frame(
             stage=self.scene.stages[k].name,
             increment=len(results.history.get("increment", [])),

@@ -18,7 +18,8 @@ class Frame:
         friction_traction (n, 3) MPa, contact_tool (n,) index of the nearest tool or -1
     cell_fields : thickness (m,) mm, thinning (m,) 1, strain_major (m,), strain_minor (m,) log strains,
         plastic_strain (m,) equivalent, stress (m, 6) Cauchy xx yy zz xy yz xz MPa; of a shell the middle layer, and
-        the outermost ones with _top and _bottom
+        the outermost ones with _top and _bottom, and its curvature (m, 3) 1/mm, section_force (m, 3) N/mm and
+        section_moment (m, 3) N in rolling axes
     tool_offsets : {tool name: (3,) mm displacement from its place in the CAD file}
     """
 

@@ -98,6 +98,10 @@ class MembraneElements:
         rotation = np.einsum("mic,mia,mc->ma", new.x[t.cells], t.gradients, self.normal)
         return float(0.5 * self.torsion * t.volume @ np.sum(rotation**2, axis=1))
 
+    def section(self, sheet):
+        """What only a shell has: nothing."""
+        return {}
+
     def layer_tangents(self, sheet, layer):
         """Tangent vectors of a layer now, (m, 2, 3)."""
         t = self.triangles
@@ -155,6 +159,16 @@ class ShellElements:
     def stabilisation_work(self, old, new):
         """Nothing: a shell needs no stabilisation."""
         return 0.0
+
+    def section(self, sheet):
+        """Change of curvature (m, 3) [11, 22, 2*12] 1/mm, normal force (m, 3) [11, 22, 12] N/mm and moment (m, 3) N per
+        unit initial length, in rolling axes; a positive curvature stretches the face that the normals leave."""
+        self._kinematics(sheet.u)
+        stretch = np.exp(sheet.thickness_strain.reshape(-1, len(self.weight)) @ self.weight)
+        found = np.empty_like(self.resultants)
+        resultants(sheet.second_stress, self.height, self.weight, stretch, self.thickness, found)
+        change = self.curvature - self.curvature0
+        return {"curvature": change, "section_force": found[:, :3], "section_moment": found[:, 3:]}
 
     def layer_tangents(self, sheet, layer):
         """Tangent vectors of a layer now, (m, 2, 3): a_a + z lam kappa_ab a^b."""

@@ -54,6 +54,10 @@ def test_bending_and_springback_of_a_strip(distort):
     assert section_moment(1.0 / 50.0) == pytest.approx(35.5701, rel=3e-3)
     relieved = 12.0 * (1.0 - 0.3**2) * 35.5701 / (206000.0 * THICKNESS**3)
     assert bent - free == pytest.approx(relieved, rel=5e-3)
+    fields = results.frames[4].cell_fields
+    assert fields["curvature"][:, 0] == pytest.approx(bent, rel=0.02)
+    assert fields["section_moment"][:, 0] == pytest.approx(35.5701, rel=1e-2)
+    assert np.abs(results.frames[-1].cell_fields["section_moment"][:, 0]).max() < 0.1
 
 
 def test_fewer_layers_err_as_their_quadrature_does():
