@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import SceneError
 from .membrane import build_membranes, internal_forces, metrics, stiffnesses, unit_normals
 from .patches import build_patches
-from .shell import layer_metrics, resultants, shell_forces, shell_stiffnesses, shell_strains
+from .shell import layer_metrics, resultants, shell_forces, shell_stiffnesses, shell_strains, third_forms
 
 
 @dataclass(frozen=True)
@@ -126,23 +126,31 @@ class ShellElements:
         self.metric, self.curvature, self.resultants = np.empty((m, 3)), np.empty((m, 3)), np.empty((m, 6))
         start = np.vstack([mesh.points, np.zeros((self.n_slopes, 3))])
         self._kinematics(start)
-        self.metric0, self.curvature0 = self.metric.copy(), self.curvature.copy()
+        self.metric0, self.curvature0, self.form0 = self.metric.copy(), self.curvature.copy(), np.empty((m, 3))
+        self.inverse = inverse_metric(self.metric)
+        third_forms(self.curvature0, self.inverse, self.form0)
 
     def begin(self, old, new, material, method):
-        """Freeze the thickness ratio of an increment, that of its start."""
-        self.stretch[:] = np.exp(old.thickness_strain.reshape(-1, len(self.weight)) @ self.weight)
+        """Freeze the thickness ratio and the inverse metric of an increment, those of its start."""
+        self.stretch[:] = self._thickness_ratio(old)
+        self._kinematics(old.u)
+        self.inverse = inverse_metric(self.metric)
 
     def strain(self, sheet):
         """Fill the metric of every layer."""
         self._kinematics(sheet.u)
         layer_metrics(
-            self.metric, self.curvature, self.metric0, self.curvature0, self.height, self.stretch, sheet.metric
-        )
+            self.metric, self.curvature, self.metric0, self.curvature0, self.form0, self.inverse, self.height,
+            self.stretch, sheet.metric,
+        )  # fmt: skip
 
     def forces(self, sheet, slot_force):
         """Fill the forces of every slot (m, 9, 3) [N]."""
         t, p = self.triangles, self.patches
-        resultants(sheet.second_stress, self.height, self.weight, self.stretch, self.thickness, self.resultants)
+        resultants(
+            sheet.second_stress, self.curvature, self.inverse, self.height, self.weight, self.stretch, self.thickness,
+            self.resultants,
+        )  # fmt: skip
         shell_forces(
             sheet.u, p.slots, t.gradients, t.area, p.gradient, p.bend, p.edge, p.mirror, p.level, self.resultants,
             slot_force,
@@ -152,8 +160,9 @@ class ShellElements:
         """Fill the stiffness of every triangle (m, 21, 21) [N/mm], of the state whose forces were asked for last."""
         t, p = self.triangles, self.patches
         shell_stiffnesses(
-            sheet.u, p.slots, t.gradients, t.area, p.gradient, p.bend, p.edge, p.mirror, p.level, self.resultants,
-            sheet.tangent, self.height, self.weight, self.stretch, self.thickness, stiffness,
+            sheet.u, p.slots, t.gradients, t.area, p.gradient, p.bend, p.edge, p.mirror, p.level, self.curvature,
+            self.inverse, self.resultants, sheet.second_stress, sheet.tangent, self.height, self.weight, self.stretch,
+            self.thickness, stiffness,
         )  # fmt: skip
 
     def stabilisation_work(self, old, new):
@@ -164,9 +173,11 @@ class ShellElements:
         """Change of curvature (m, 3) [11, 22, 2*12] 1/mm, normal force (m, 3) [11, 22, 12] N/mm and moment (m, 3) N per
         unit initial length, in rolling axes; a positive curvature stretches the face that the normals leave."""
         self._kinematics(sheet.u)
-        stretch = np.exp(sheet.thickness_strain.reshape(-1, len(self.weight)) @ self.weight)
         found = np.empty_like(self.resultants)
-        resultants(sheet.second_stress, self.height, self.weight, stretch, self.thickness, found)
+        resultants(
+            sheet.second_stress, self.curvature, inverse_metric(self.metric), self.height, self.weight,
+            self._thickness_ratio(sheet), self.thickness, found,
+        )  # fmt: skip
         change = self.curvature - self.curvature0
         return {"curvature": change, "section_force": found[:, :3], "section_moment": found[:, 3:]}
 
@@ -181,8 +192,12 @@ class ShellElements:
         change = self.curvature - self.curvature0
         bent[:, 0, 0], bent[:, 1, 1], bent[:, 0, 1] = change[:, 0], change[:, 1], 0.5 * change[:, 2]
         bent[:, 1, 0] = bent[:, 0, 1]
-        stretch = np.exp(sheet.thickness_strain.reshape(-1, len(self.weight)) @ self.weight)
-        return middle + (self.height[layer] * stretch)[:, None, None] * np.einsum("mab,mbc->mac", bent, dual)
+        return middle + (self.height[layer] * self._thickness_ratio(sheet))[:, None, None] * np.einsum(
+            "mab,mbc->mac", bent, dual
+        )
+
+    def _thickness_ratio(self, sheet):
+        return np.exp(sheet.thickness_strain.reshape(-1, len(self.weight)) @ self.weight)
 
     def _kinematics(self, u):
         p = self.patches
@@ -190,3 +205,9 @@ class ShellElements:
             u, p.slots, self.triangles.gradients, p.gradient, p.bend, p.edge, p.mirror, p.level, self.metric,
             self.curvature,
         )  # fmt: skip
+
+
+def inverse_metric(metric):
+    """A11, A22, A12 of the inverse of metrics (m, 3) C11 C22 C12."""
+    determinant = metric[:, 0] * metric[:, 1] - metric[:, 2] ** 2
+    return np.column_stack([metric[:, 1], metric[:, 0], -metric[:, 2]]) / determinant[:, None]

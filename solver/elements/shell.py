@@ -4,8 +4,11 @@
 Symbols: x_I patch nodes, I = 0..5; L_I,a linear gradients (I < 3); G^i_aI mid-side gradients; C_vI second-derivative
 operator; Q_vi edge-slope operator; v = 11, 22, 2*12. g^i_a = G^i_aI x_I; h_v = C_vI x_I; n unit normal, a^c dual
 tangent vectors; E membrane Green strain; kappa curvature change (a fibre at z > 0 along n stretches by z kappa);
-lam thickness ratio, fixed over the increment; E(z) = E + z lam kappa. N, M resultants per unit initial length;
-beta_vI = C_vI - (h_v . a^c) L_Ic, so that d kappa_v = beta_vI n . dx_I + Q_vi dphi_i.
+lam thickness ratio and A inverse metric, both fixed over the increment; with Z = z lam the strain of a fibre is
+E(Z) = E + Z kappa + Z^2/2 c, c = k A k the third fundamental form of the curvature k (kappa is k less its initial
+value, and c likewise), so that a section bent to a circle has the strain ln(1 + Z k) exactly. J_vw = dc_v/dk_w.
+N, M resultants per unit initial length; beta_vI = C_vI - (h_v . a^c) L_Ic, so that
+d kappa_v = beta_vI n . dx_I + Q_vi dphi_i.
 """
 
 from math import sqrt
@@ -101,31 +104,62 @@ def shell_strains(u, slots, linear, gradient, bend, edge, mirror, level, metric,
             kappa[tri, v] = total
 
 
+@njit(forceinline=True)
+def third_form(k, a, c):
+    """Fills c (3,) = [c11, c22, 2 c12] of c = k A k. k : (3,) [11, 22, 2*12]; a : (3,) A11, A22, A12"""
+    k12 = 0.5 * k[2]
+    c[0] = k[0] * k[0] * a[0] + 2.0 * k[0] * k12 * a[2] + k12 * k12 * a[1]
+    c[1] = k12 * k12 * a[0] + 2.0 * k12 * k[1] * a[2] + k[1] * k[1] * a[1]
+    c[2] = 2.0 * (k[0] * k12 * a[0] + (k[0] * k[1] + k12 * k12) * a[2] + k12 * k[1] * a[1])
+
+
+@njit(forceinline=True)
+def third_form_slope(k, a, j):
+    """Fills j (3, 3) = dc_v/dk_w."""
+    k12 = 0.5 * k[2]
+    j[0, 0], j[0, 1], j[0, 2] = 2.0 * (k[0] * a[0] + k12 * a[2]), 0.0, k[0] * a[2] + k12 * a[1]
+    j[1, 0], j[1, 1], j[1, 2] = 0.0, 2.0 * (k12 * a[2] + k[1] * a[1]), k12 * a[0] + k[1] * a[2]
+    j[2, 0], j[2, 1] = 2.0 * (k12 * a[0] + k[1] * a[2]), 2.0 * (k[0] * a[2] + k12 * a[1])
+    j[2, 2] = k[0] * a[0] + 2.0 * k12 * a[2] + k[1] * a[1]
+
+
 @njit(parallel=True, cache=True)
-def layer_metrics(metric, kappa, metric0, kappa0, height, stretch, layers):
+def third_forms(kappa, inverse, form):
+    """Fills form (m, 3) = c of every triangle. kappa : (m, 3); inverse : (m, 3) A11 A22 A12"""
+    for tri in prange(kappa.shape[0]):
+        third_form(kappa[tri], inverse[tri], form[tri])
+
+
+@njit(parallel=True, cache=True)
+def layer_metrics(metric, kappa, metric0, kappa0, form0, inverse, height, stretch, layers):
     """Fills layers (m n_layers, 3): the metric C11 C22 C12 of each layer, relative to the initial shape.
 
-    metric, kappa : (m, 3) now; metric0, kappa0 : initially; height : (n_layers,) above the mid-surface in the initial
-    thickness [mm]; stretch : (m,) thickness ratio
+    metric, kappa : (m, 3) now; metric0, kappa0, form0 : (m, 3) initially; inverse : (m, 3) A11 A22 A12;
+    height : (n_layers,) above the mid-surface in the initial thickness [mm]; stretch : (m,) thickness ratio
     """
     n_layers = height.shape[0]
     for tri in prange(metric.shape[0]):
-        for layer in range(n_layers):
-            z = height[layer] * stretch[tri]
-            p = tri * n_layers + layer
-            layers[p, 0] = 1.0 + metric[tri, 0] - metric0[tri, 0] + 2.0 * z * (kappa[tri, 0] - kappa0[tri, 0])
-            layers[p, 1] = 1.0 + metric[tri, 1] - metric0[tri, 1] + 2.0 * z * (kappa[tri, 1] - kappa0[tri, 1])
-            layers[p, 2] = metric[tri, 2] - metric0[tri, 2] + z * (kappa[tri, 2] - kappa0[tri, 2])
+        c = np.empty(3)
+        third_form(kappa[tri], inverse[tri], c)
+        for v in range(3):
+            start = 1.0 if v < 2 else 0.0
+            twice = 2.0 if v < 2 else 1.0  # of the strain in the metric
+            flat = start + metric[tri, v] - metric0[tri, v]
+            bend, curl = twice * (kappa[tri, v] - kappa0[tri, v]), 0.5 * twice * (c[v] - form0[tri, v])
+            for layer in range(n_layers):
+                z = height[layer] * stretch[tri]
+                layers[tri * n_layers + layer, v] = flat + z * bend + z * z * curl
 
 
 @njit(parallel=True, cache=True)
-def resultants(s, height, weight, stretch, thickness, result):
+def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
     """Fills result (m, 6): normal forces N and moments M per unit initial length [N/mm, N].
 
     s : (m n_layers, 3) second Piola-Kirchhoff stress; weight : (n_layers,), sums to 1
     """
     n_layers = height.shape[0]
     for tri in prange(result.shape[0]):
+        j, second = np.empty((3, 3)), np.zeros(3)
         for v in range(6):
             result[tri, v] = 0.0
         for layer in range(n_layers):
@@ -135,6 +169,10 @@ def resultants(s, height, weight, stretch, thickness, result):
                 stress = w * s[tri * n_layers + layer, v]
                 result[tri, v] += stress
                 result[tri, 3 + v] += z * stress
+                second[v] += 0.5 * z * z * stress
+        third_form_slope(kappa[tri], inverse[tri], j)
+        for w in range(3):
+            result[tri, 3 + w] += second[0] * j[0, w] + second[1] * j[1, w] + second[2] * j[2, w]
 
 
 @njit(forceinline=True)
@@ -187,20 +225,43 @@ def shell_forces(u, slots, linear, area, gradient, bend, edge, mirror, level, re
 
 
 @njit(forceinline=True)
-def section_stiffness(ds_de, first, height, weight, stretch, thickness, d):
+def section_stiffness(s, ds_de, first, k, a, height, weight, stretch, thickness, d):
     """Fills d (6, 6): derivative of the resultants with respect to [E, kappa] of one triangle."""
+    j, lever, through = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    s1 = s2 = s3 = 0.0
+    third_form_slope(k, a, j)
     for v in range(6):
         for w in range(6):
             d[v, w] = 0.0
     for layer in range(height.shape[0]):
         wt = weight[layer] * thickness
         z = height[layer] * stretch
+        c = ds_de[first + layer]
+        s1 += 0.5 * z * z * wt * s[first + layer, 0]
+        s2 += 0.5 * z * z * wt * s[first + layer, 1]
+        s3 += 0.5 * z * z * wt * s[first + layer, 2]
         for v in range(3):
             for w in range(3):
-                c = wt * ds_de[first + layer, v, w]
-                d[v, w] += c
-                d[v, 3 + w] += z * c
-                d[3 + v, 3 + w] += z * z * c
+                lever[v, w] = 0.5 * z * z * j[v, w]
+            lever[v, v] += z
+        for v in range(3):
+            for w in range(3):
+                d[v, w] += wt * c[v, w]
+                total = c[v, 0] * lever[0, w] + c[v, 1] * lever[1, w] + c[v, 2] * lever[2, w]
+                through[v, w] = wt * total
+                d[v, 3 + w] += through[v, w]
+        for v in range(3):
+            for w in range(3):
+                total = lever[0, v] * through[0, w] + lever[1, v] * through[1, w] + lever[2, v] * through[2, w]
+                d[3 + v, 3 + w] += total
+    # The third form's second derivative.
+    d[3, 3] += 2.0 * s1 * a[0]
+    d[4, 4] += 2.0 * s2 * a[1]
+    d[5, 5] += 0.5 * (s1 * a[1] + s2 * a[0]) + s3 * a[2]
+    d[3, 4] += 2.0 * s3 * a[2]
+    d[3, 5] += s1 * a[2] + s3 * a[0]
+    d[4, 5] += s2 * a[2] + s3 * a[1]
+    d[4, 3], d[5, 3], d[5, 4] = d[3, 4], d[3, 5], d[4, 5]
     for v in range(3):
         for w in range(3):
             d[3 + v, w] = d[w, 3 + v]
@@ -208,13 +269,14 @@ def section_stiffness(ds_de, first, height, weight, stretch, thickness, d):
 
 @njit(parallel=True, cache=True)
 def shell_stiffnesses(
-    u, slots, linear, area, gradient, bend, edge, mirror, level, result, ds_de, height, weight, stretch, thickness,
-    stiffness,
+    u, slots, linear, area, gradient, bend, edge, mirror, level, kappa, inverse, result, s, ds_de, height, weight,
+    stretch, thickness, stiffness,
 ):  # fmt: skip
     """Fills stiffness (m, 21, 21): derivative of the forces [N/mm]; unknowns 3 I + c for patch node I, 18 + i for the
     slope of side i.
 
-    result : (m, 6); ds_de : (m n_layers, 3, 3) derivative of S with respect to [E11, E22, 2 E12]
+    kappa, inverse : (m, 3); result : (m, 6); s : (m n_layers, 3); ds_de : (m n_layers, 3, 3) derivative of S with
+    respect to [E11, E22, 2 E12]
     """
     n_layers = height.shape[0]
     for tri in prange(slots.shape[0]):
@@ -227,7 +289,9 @@ def shell_stiffnesses(
         side_gradients(xp, grad, g)
         second_derivatives(xp, bend[tri], h)
         curvature_variation(h, dual, lin, bend[tri], beta)
-        section_stiffness(ds_de, tri * n_layers, height, weight, stretch[tri], thickness, d)
+        section_stiffness(
+            s, ds_de, tri * n_layers, kappa[tri], inverse[tri], height, weight, stretch[tri], thickness, d
+        )
         r = result[tri]
         # Strains from the unknowns.
         for i in range(3):
