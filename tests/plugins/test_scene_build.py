@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import solver
 from plugins.scene_file import SceneFileError, load_scene
 
 BULGE = """
@@ -57,3 +58,29 @@ def test_a_group_that_does_not_exist(tmp_path):
         scene_of(tmp_path, BULGE.replace("{rim =", "{edge ="))
     with pytest.raises(SceneFileError, match=r"s.toml: stages: blank group 'tip' does not exist"):
         scene_of(tmp_path, BULGE.replace("{center =", "{tip ="))
+
+
+def test_a_shell_with_layers_or_a_membrane(tmp_path):
+    assert scene_of(tmp_path, BULGE).blank.element == solver.Shell(7)
+    assert scene_of(tmp_path, BULGE.replace("size = 10", "size = 10\nlayers = 9")).blank.element == solver.Shell(9)
+    membrane = BULGE.replace("size = 10", 'size = 10\nelement = "membrane"')
+    assert scene_of(tmp_path, membrane).blank.element == solver.Membrane()
+    with pytest.raises(SceneFileError, match="blank.layers: found 5, expected none: a membrane has no layers"):
+        scene_of(tmp_path, membrane.replace("size = 10", "size = 10\nlayers = 5"))
+    with pytest.raises(SceneFileError, match="blank.layers: found 1, expected a number of layers from 2 to 51"):
+        scene_of(tmp_path, BULGE.replace("size = 10", "size = 10\nlayers = 1"))
+
+
+def test_loads_and_springback(tmp_path):
+    text = (
+        BULGE
+        + """
+    forces = {center = [0, 0, "1 kN"]}
+    [[stages]]
+    name = "release"
+    tools = {}
+    """
+    )
+    first, second = scene_of(tmp_path, text).stages
+    assert first.forces == {"center": (0.0, 0.0, 1000.0)}
+    assert second.is_springback and not first.is_springback
