@@ -25,6 +25,7 @@ SURE = 1e-4  # mm: below it a step is not tested against the distance, which sta
 #   degree   p, q;  ctrl  number of its first control point (w x, w y, w z, w), then i (q + 1) + j
 #   ramp     how the face's u and v follow s and t;  uv  u0, u1, v0, v1
 #   natural  whether s = 0, s = 1, t = 0, t = 1 end the whole surface
+#   centre  mm, rational  whether weights differ, steady  whether the power basis serves (power.py)
 PATCH = np.dtype(
     [
         ("degree", "i8", 2),
@@ -33,6 +34,9 @@ PATCH = np.dtype(
         ("uv", "f8", 4),
         ("natural", "i8", 4),
         ("face", "i8"),
+        ("centre", "f8", 3),
+        ("rational", "i8"),
+        ("steady", "i8"),
     ]
 )
 
@@ -263,23 +267,30 @@ def shape_on_patch(patch, ctrl, s, t, sense, work):
         s, t = min(1.0 - 1e-5, max(1e-5, s)), min(1.0 - 1e-5, max(1e-5, t))
     if size == 0.0:
         return (0.0, 0.0, sense), 0.0, 0.0, (1.0, 0.0, 0.0)
-    n = (sense * n[0] / size, sense * n[1] / size, sense * n[2] / size)
+    return shape_of(d_s, d_t, d_ss, d_st, d_tt, sense)
+
+
+@njit
+def shape_of(d_s, d_t, d_ss, d_st, d_tt, sense):
+    """The same from the derivatives of a surface that is regular there."""
+    n = cross(d_s, d_t)
+    size = sense / sqrt(dot(n, n))
+    n = (size * n[0], size * n[1], size * n[2])
+    a, b = dot(d_s, d_s), dot(d_t, d_t)
+    b11, b12, b22 = -dot(d_ss, n), -dot(d_st, n), -dot(d_tt, n)
     # Orthonormal tangents: e along S_s (or S_t where that is longer), f = n x e.
-    if dot(d_s, d_s) >= dot(d_t, d_t):
-        length = sqrt(dot(d_s, d_s))
-        e = (d_s[0] / length, d_s[1] / length, d_s[2] / length)
-    else:
-        length = sqrt(dot(d_t, d_t))
-        e = (d_t[0] / length, d_t[1] / length, d_t[2] / length)
+    if a < b:
+        d_s, d_t, a, b11, b22 = d_t, d_s, b, b22, b11
+    j11 = sqrt(a)
+    e = (d_s[0] / j11, d_s[1] / j11, d_s[2] / j11)
     f = cross(n, e)
     # Inverse of the map (ds, dt) -> tangent plane, then the second form in that plane.
-    j11, j12, j21, j22 = dot(d_s, e), dot(d_t, e), dot(d_s, f), dot(d_t, f)
-    det = j11 * j22 - j12 * j21
-    s_e, s_f, t_e, t_f = j22 / det, -j12 / det, -j21 / det, j11 / det
-    b11, b12, b22 = -dot(d_ss, n), -dot(d_st, n), -dot(d_tt, n)
-    k_ee = b11 * s_e * s_e + 2.0 * b12 * s_e * t_e + b22 * t_e * t_e
-    k_ef = b11 * s_e * s_f + b12 * (s_e * t_f + s_f * t_e) + b22 * t_e * t_f
-    k_ff = b11 * s_f * s_f + 2.0 * b12 * s_f * t_f + b22 * t_f * t_f
+    j12, j22 = dot(d_t, e), dot(d_t, f)
+    s_e, t_f = 1.0 / j11, 1.0 / j22
+    s_f = -j12 * s_e * t_f
+    k_ee = b11 * s_e * s_e
+    k_ef = s_e * (b11 * s_f + b12 * t_f)
+    k_ff = b11 * s_f * s_f + t_f * (2.0 * b12 * s_f + b22 * t_f)
     mean, half = 0.5 * (k_ee + k_ff), 0.5 * (k_ee - k_ff)
     root = sqrt(half * half + k_ef * k_ef)
     # Direction of k1: the eigenvector, taken from the row that does not cancel.

@@ -1,10 +1,11 @@
 """The exact skin of a tool: closest points, normals and curvatures of trimmed CAD faces."""
 
+import zlib
 from typing import NamedTuple
 
 import numpy as np
 
-from cadlink.closest import project_points
+from cadlink.closest import COLUMNS, project_points
 from cadlink.errors import CadError
 from cadlink.skin import build_skin
 
@@ -21,7 +22,7 @@ class Projection(NamedTuple):
     direction  (n, 3) unit, principal direction of curvature[:, 0]; the other one is
                cross(normal, direction)
     face       (n,) index of the face in the part (one of two at an edge)
-    seed       (n, 3) to be passed back with the same points after a small move
+    seed       (n, 8) to be passed back with the same points after a small move
     """
 
     distance: np.ndarray
@@ -50,6 +51,8 @@ class ToolSurface:
                 raise CadError(f"part {part.name!r} has faces 0 to {part.n_faces - 1}, found {faces.tolist()}")
         self.part = part
         self.skin = build_skin(part.record["skin"], faces)
+        # Tells its own seeds from those of other surfaces.
+        self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
 
     def project(self, points, seed=None):
         """Closest points on the exact tool faces.
@@ -68,9 +71,9 @@ class ToolSurface:
             raise ValueError("points must be finite, found nan or inf")
         n = len(points)
         if seed is None:
-            seed = np.full((n, 3), -1.0)
-        elif np.shape(seed) != (n, 3):
-            raise ValueError(f"seed must be ({n}, 3) for {n} points, found {np.shape(seed)}")
+            seed = np.zeros((n, COLUMNS))
+        elif np.shape(seed) != (n, COLUMNS):
+            raise ValueError(f"seed must be ({n}, {COLUMNS}) for {n} points, found {np.shape(seed)}")
         hit = Projection(
             np.empty(n),
             np.empty((n, 3)),
@@ -78,8 +81,8 @@ class ToolSurface:
             np.empty((n, 2)),
             np.empty((n, 3)),
             np.empty(n, np.int64),
-            np.empty((n, 3)),
+            np.empty((n, COLUMNS)),
         )
         if n:
-            project_points(self.skin, points, np.ascontiguousarray(seed, float), *hit)
+            project_points(self.skin, self.stamp, points, np.ascontiguousarray(seed, float), *hit)
         return hit
