@@ -21,7 +21,8 @@ from math import cos, floor, sin, sqrt
 
 from numba import njit
 
-from cadlink.nurbs import arc_derivatives, cross, dot, from_ramp, minus, patch_foot, shape_on_patch, to_ramp
+from cadlink.nurbs import arc_derivatives, cross, dot, from_ramp, minus, shape_on_patch, to_ramp
+from cadlink.patch_foot import patch_foot
 from cadlink.primitives import foot_on_form, shape_on_form
 from cadlink.records import PATCHES
 from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE, SMOOTH
@@ -128,7 +129,7 @@ def continued(skin, number, u, v, p, foot, slack, work):
     reach = 5e-3 * sqrt(dot(m, m)) + 10.0 * slack + 1e-6
     if face.form == PATCHES:
         patch, s, t = patch_at(face, skin.patches, skin.breaks, u, v)
-        s, t, q, _, _, pull = patch_foot(skin.patches[patch], skin.ctrl, p, s, t, work)
+        s, t, q, _, _, pull = patch_foot(skin.patches[patch], skin.ctrl, skin.power, p, s, t, work)
         m = minus(q, foot)
         return dot(m, m) <= reach * reach and pull <= reach, patch, s, t, q
     for branch in range(2):

@@ -9,6 +9,8 @@ careful search walks the trees over all items in order of nearness; each is meas
 smallest distance wins. The quick one (quick.py) decides all but about one point in a thousand.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
 
@@ -23,6 +25,14 @@ from cadlink.track import ANSWER, answer_on_form, answer_on_patch, settle, track
 # Columns of a seed: item, its parameters, the point searched for, reach, number of the surface.
 ITEM, A, B, PLACE, REACH, STAMP, COLUMNS = 0, 1, 2, 3, 6, 7, 8
 CHUNK = 64  # points that share one scratch space
+
+
+class Hints(NamedTuple):
+    """Where a search without a seed begins: the item near each cell of a grid from `low`."""
+
+    low: np.ndarray
+    per_mm: np.ndarray
+    item: np.ndarray
 
 
 @njit(**INNER)
@@ -83,21 +93,34 @@ def careful_search(skin, p, hint, hint_a, hint_b, entries, bounds, work, out):
     return item, a, b, label
 
 
+@njit(inline="always")
+def hint_at(p, low, per_mm, grid):
+    """The item of the cell of a point, or of the nearest cell."""
+    i = min(grid.shape[0] - 1, max(0, int((p[0] - low[0]) * per_mm[0])))
+    j = min(grid.shape[1] - 1, max(0, int((p[1] - low[1]) * per_mm[1])))
+    k = min(grid.shape[2] - 1, max(0, int((p[2] - low[2]) * per_mm[2])))
+    return grid[i, j, k]
+
+
 @njit(**INNER)
 def project_chunk(
-    skin, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
+    skin, hints, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
 ):
     """Fill the fields of a Projection for points[start:stop]."""
     items, faces, rims, leaves, patches = skin.items, skin.faces, skin.rims, skin.leaves, skin.patches
     rasters, pieces, ctrl, power = skin.rasters, skin.pieces, skin.ctrl, skin.power
     nodes, order, root = skin.nodes, skin.order, skin.roots[0]
+    low, per_mm, grid = hints.low, hints.per_mm, hints.item
     entries, bounds, pending = np.zeros(WAITING, np.int64), np.zeros(WAITING), np.zeros((PENDING, 4))
     work, found, out = np.zeros(WORK), np.zeros((2, 6, 3)), np.zeros(ANSWER)
+    tracked = found[0]
     for i in range(start, stop):
         p = (points[i, 0], points[i, 1], points[i, 2])
         item, a, b, reach = -1, -1.0, -1.0, 0.0
         if seed[i, STAMP] == stamp:
             item, a, b, reach = int(seed[i, ITEM]), seed[i, A], seed[i, B], seed[i, REACH]
+        else:
+            item = hint_at(p, low, per_mm, grid)
         at = (seed[i, PLACE], seed[i, PLACE + 1], seed[i, PLACE + 2])
         x, y, z = p[0] - at[0], p[1] - at[1], p[2] - at[2]
         label, on_form = -1, False
@@ -112,7 +135,7 @@ def project_chunk(
                 patch = patches[leaf.patch]
                 face1, rim = faces[patch.face], rims[patch.face]
                 a, b, label = track_leaf(
-                    leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, found[0], work, out
+                    leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, tracked, work, out
                 )
             else:
                 a, b, label = track_edge(skin, item, a, b, p, work, out)
@@ -122,8 +145,10 @@ def project_chunk(
                 skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
                 p, hint, hint_a, hint_b, entries, bounds, pending, found, work,
             )  # fmt: skip
-            if item < 0:
+            if reach < 0.0:
                 reach = 0.0
+                if hint < 0:
+                    hint, hint_a, hint_b = item, a, b
                 item, a, b, label = careful_search(skin, p, hint, hint_a, hint_b, entries, bounds, work, out)
             else:
                 kind, ref = items[item].kind, items[item].ref
@@ -146,14 +171,15 @@ def project_chunk(
 
 
 @njit(parallel=True, cache=True)
-def project_points(skin, stamp, points, seed, distance, point, normal, curvature, direction, face, new_seed):
+def project_points(skin, hints, stamp, points, seed, distance, point, normal, curvature, direction, face, new_seed):
     """Fill the fields of a Projection. Points are independent: the same bits at any thread count.
 
+    hints : the grid of hints
     stamp : number of the surface; seeds that carry another are not its own
     """
     n = len(points)
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
         project_chunk(
-            skin, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
+            skin, hints, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
         )

@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 
 from cadlink.answer import INNER
-from cadlink.nurbs import arc_foot, dot, from_ramp, minus, patch_foot
+from cadlink.nurbs import arc_foot, dot, from_ramp, minus
+from cadlink.patch_foot import patch_foot
 from cadlink.primitives import foot_on_form
 from cadlink.records import CONE, TORUS
 from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE
@@ -59,7 +60,7 @@ def starts_for(leaf, bound, height):
 
 
 @njit
-def try_leaf(leaf, patch, face, pieces, ctrl, p, best, s, t, work):
+def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
     """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
     distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
     bound, height = leaf_bound(leaf, p)
@@ -73,7 +74,7 @@ def try_leaf(leaf, patch, face, pieces, ctrl, p, best, s, t, work):
         else:
             a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
             b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
-        a, b, q, f, free, _ = patch_foot(patch, ctrl, p, a, b, work)
+        a, b, q, f, free, _ = patch_foot(patch, ctrl, power, p, a, b, work)
         h = sqrt(f)
         if not free or h >= min(best, distance):
             continue
@@ -153,7 +154,7 @@ def try_item(skin, item, p, best, a, b, work):
         leaf = skin.leaves[ref]
         patch = skin.patches[leaf.patch]
         face = skin.faces[patch.face]
-        return try_leaf(leaf, patch, face, skin.pieces, skin.ctrl, p, best, a, b, work)
+        return try_leaf(leaf, patch, face, skin.pieces, skin.ctrl, skin.power, p, best, a, b, work)
     if kind <= ON_ARC:
         curve = skin.curves[ref]
         if kind == ON_LINE:

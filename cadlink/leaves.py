@@ -29,6 +29,7 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 #   cone   sine of the angle its normals make with the third axis at most
 #   start  of Newton: s, t of the middle, its place along the first two axes, and the inverse of
 #          the map from s, t to that plane
+#   inner  s0, s1, t0, t1 within which every foot on the patch counts (rim.py)
 #   sense, group   of its face and of that face's rim
 #   tiny   steps in s and t so short that a Taylor series ends them (power.py)
 LEAF = np.dtype(
@@ -42,6 +43,7 @@ LEAF = np.dtype(
         ("cone", "f8"),
         ("start", "f8", 8),
         ("tiny", "f8", 2),
+        ("inner", "f8", 4),
         ("sense", "f8"),
         ("group", "i8"),
     ]

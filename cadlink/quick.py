@@ -121,9 +121,10 @@ def place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s, t, derivativ
 
 
 @njit(forceinline=True)
-def on_whole_leaf(leaf, s, t):
-    """Whether a foot lies in a leaf that no boundary passes through."""
-    return leaf.whole and leaf.rect[0] <= s <= leaf.rect[1] and leaf.rect[2] <= t <= leaf.rect[3]
+def surely_in(leaf, s, t):
+    """Whether a foot lies where no boundary passes."""
+    inner = leaf.inner
+    return inner[0] <= s <= inner[1] and inner[2] <= t <= inner[3]
 
 
 @njit
@@ -222,8 +223,8 @@ def quick_search(
     items .. power : arrays of the skin, already taken out of it
     hint : item to be tried first with its parameters, -1 for none
     entries, bounds : nodes, and items numbered after them, that wait in order of their bounds
-    returns : item (-1 where the careful search must decide), two parameters, row of found with the
-        derivatives of a patch, reach
+    returns : item, two parameters, row of found with the derivatives of a patch, reach: -1 where the
+        careful search must decide
     """
     best, item, a, b, row, last = np.inf, -1, 0.0, 0.0, 0, -1
     others, room, foot = np.inf, SKIN, p
@@ -274,7 +275,7 @@ def quick_search(
             code, h, free, a1, b1, excused = quick_leaf(
                 leaf, patch, leaves[last], last >= 0, power, p, best, foot, a1, b1, mine, work
             )
-            if code == HIT and not on_whole_leaf(leaf, a1, b1):
+            if code == HIT and not surely_in(leaf, a1, b1):
                 face, rim = faces[patch.face], rims[patch.face]
                 where, free = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, a1, b1, mine, h, work)
                 if where != IN:
@@ -314,6 +315,7 @@ def quick_search(
         if pending[k, 3] == DOUBT and free <= 1e-9:
             doubt = True
         room = min(room, free)
-    if doubt:
-        item = -1
-    return item, a, b, row, max(0.0, min(room, 0.5 * (others - best)))
+    reach = max(0.0, min(room, 0.5 * (others - best)))
+    if doubt or item < 0:
+        reach = -1.0
+    return item, a, b, row, reach

@@ -15,7 +15,7 @@ from math import atan2, pi, sin
 import numpy as np
 from numba import njit
 
-from cadlink.nurbs import WORK, arc_point
+from cadlink.nurbs import WORK, arc_point, to_ramp
 from cadlink.records import CONE, CYLINDER, PATCHES, PLANE, SPHERE, TORUS
 from cadlink.trim import first_turn, inside
 
@@ -144,6 +144,33 @@ def mark_piece(face, piece, ctrl, cells, work):
                 cells[i, j] = 0
         a, b, s = c, d, new
         step *= 1.5
+
+
+@njit(cache=True)
+def fill_inner(leaves, patches, faces, rims):
+    """Where every foot on the patch of a leaf counts: its part of a box-shaped trim, or a whole leaf."""
+    for k in range(len(leaves)):
+        leaf = leaves[k]
+        leaf.inner[0], leaf.inner[1], leaf.inner[2], leaf.inner[3] = 1.0, 0.0, 1.0, 0.0
+        if leaf.whole:
+            for c in range(4):
+                leaf.inner[c] = leaf.rect[c]
+        patch = patches[leaf.patch]
+        face, uv = faces[patch.face], patch.uv
+        if rims[patch.face].kind != BOX:
+            continue
+        for axis in range(2):
+            first, last, ramp = uv[2 * axis], uv[2 * axis + 1], patch.ramp[axis]
+            low, high = 1.0, 0.0
+            # Of the turns of the trim, the one that covers most of the patch.
+            for turn in range(-1, 2):
+                a = max(first, face.box[2 * axis] + turn * face.period[axis])
+                b = min(last, face.box[2 * axis + 1] + turn * face.period[axis])
+                if b > a:
+                    s, t = to_ramp(a, first, last, ramp), to_ramp(b, first, last, ramp)
+                    if t - s > high - low:
+                        low, high = s, t
+            leaf.inner[2 * axis], leaf.inner[2 * axis + 1] = low + 1e-12, high - 1e-12
 
 
 # --- query ---------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from cadlink.leaves import cut_arc, cut_patches
 from cadlink.nurbs import PATCH
 from cadlink.power import to_power
 from cadlink.records import CIRCLE, CONE, CYLINDER, LINE, PATCHES, PLANE, SPHERE
-from cadlink.rim import build_rims
+from cadlink.rim import build_rims, fill_inner
 from cadlink.trim import pack_pieces
 
 ON_FACE, ON_LEAF, ON_LINE, ON_CIRCLE, ON_ARC, ON_VERTEX = range(6)  # kinds of item
@@ -143,6 +143,7 @@ def build_skin(record, chosen=None):
     items["high"] += pad
     power = to_power(patches, ctrl)
     rims, rasters = build_rims(faces, pieces, ctrl)
+    fill_inner(leaves, patches, faces, rims)
     skin = Skin(
         np.zeros(0, NODE), np.zeros(0, np.int64), np.full(2, -1), items, faces, pieces, patches, leaves, curves,
         edges, sides, vertices, ctrl, breaks, side_uv, power, rims, rasters,

@@ -13,7 +13,7 @@ from cadlink.form_foot import distance_to_form, shape_of_form
 from cadlink.items import try_item
 from cadlink.nurbs import dot, shape_of
 from cadlink.power import FOUND, foot_in_box
-from cadlink.quick import on_whole_leaf, place_on_face, place_on_leaf
+from cadlink.quick import place_on_face, place_on_leaf, surely_in
 from cadlink.rim import IN
 from cadlink.skin import ON_ARC, ON_LEAF, SMOOTH, STATIONS
 
@@ -78,21 +78,18 @@ def track_face(face, rim, rasters, pieces, ctrl, p, work):
     return face.sense * d, foot, n, k1, k2, e, label
 
 
-@njit
+@njit(inline="always")
 def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, found, work, out):
-    """The same on a leaf, from its last foot: s, t, face."""
-    code, s1, t1, h = foot_in_box(
-        patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found
-    )  # fmt: skip
-    if code != FOUND:
-        return s, t, -1
-    if not on_whole_leaf(leaf, s1, t1):
-        where, _ = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s1, t1, found, h, work)
-        if where != IN:
-            return s, t, -1
-    if not answer_on_patch(p, found, face.sense, out):
-        return s, t, -1
-    return s1, t1, face.label
+    """The same on a leaf, from its last foot, filled into out: s, t, face."""
+    code, s1, t1, h = foot_in_box(patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found)
+    label = -1
+    if code == FOUND:
+        where = IN
+        if not surely_in(leaf, s1, t1):
+            where, _ = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s1, t1, found, h, work)
+        if where == IN and answer_on_patch(p, found, leaf.sense, out):
+            label = face.label
+    return s1, t1, label
 
 
 @njit(**INNER)
