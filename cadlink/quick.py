@@ -86,7 +86,7 @@ def place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, h, work)
             band = rim.gap + rim.angle * h
             where, room = at_boundary(face, pieces, ctrl, s, t, band / per_s, band / per_t, work), 0.0
         elif cells < 0:
-            where, room = OUT, room_of_cells(face, cells, rho, m)
+            where, room = OUT, room_of_cells(face, cells, rasters.shape[1], rho, m)
     return where, room
 
 

@@ -6,8 +6,8 @@
 
 A trim that is a box in (u, v) is tested by half-planes, without angles: of a wedge of meridian
 planes u0 .. u1 about the axis, x s - y c is the distance to its sides. Any other trim has a
-raster: for each of CELLS x CELLS cells the number of cells to the nearest one that the boundary
-passes through, + inside the face, - outside; 0 asks the exact boundary (trim.py).
+raster: for each of its cells the number of cells to the nearest one that the boundary passes
+through, + inside the face, - outside; 0 asks the exact boundary (trim.py).
 """
 
 from math import atan2, pi, sin
@@ -21,7 +21,8 @@ from cadlink.trim import first_turn, inside
 
 IN, UNSURE, OUT = 1, 0, -1
 BOX, RASTER, ODD = 0, 1, 2  # kinds of rim; ODD: closed forms with a second foot beyond their axis
-CELLS = 64
+FINE, COARSE, MANY = 256, 64, 32  # cells along each side of a raster; coarse ones for more than MANY faces
+FAR = 127  # cells counted at most
 
 # Rim of one face.
 #   turn   cos u0, sin u0, cos u1, sin u1, and the same of v, where they are angles
@@ -48,7 +49,7 @@ RIM = np.dtype(
 
 
 def build_rims(faces, pieces, ctrl):
-    """RIM records of all faces (gap, angle and group still 0) and their rasters (n, CELLS, CELLS)."""
+    """RIM records of all faces (gap, angle and group still 0) and their rasters (n, cells, cells)."""
     rims = np.zeros(len(faces), RIM)
     drawn = []
     for number, (rim, face) in enumerate(zip(rims, faces, strict=True)):
@@ -67,7 +68,8 @@ def build_rims(faces, pieces, ctrl):
         elif not is_box(mine, face["box"]):
             rim["kind"], rim["first"] = RASTER, len(drawn)
             drawn.append(number)
-    rasters = np.zeros((len(drawn), CELLS, CELLS), np.int8)
+    cells = FINE if len(drawn) <= MANY else COARSE
+    rasters = np.zeros((len(drawn), cells, cells), np.int8)
     if drawn:
         draw_rasters(faces, pieces, ctrl, np.array(drawn), rasters)
     return rims, rasters
@@ -97,24 +99,36 @@ def draw_rasters(faces, pieces, ctrl, drawn, rasters):
     work = np.zeros(WORK)
     for number in range(len(drawn)):
         face, cells = faces[drawn[number]], rasters[number]
-        cells[:, :] = CELLS
+        n = len(cells)
+        cells[:, :] = FAR
         for k in range(face.piece_first, face.piece_last):
             mark_piece(face, pieces[k], ctrl, cells, work)
-        # Cells to the nearest marked one: two sweeps over the eight neighbours.
+        # Cells to the nearest marked one: a sweep from either corner, over the neighbours behind it.
         for sweep in range(2):
-            for i1 in range(CELLS):
-                for j1 in range(CELLS):
-                    i, j = (i1, j1) if sweep == 0 else (CELLS - 1 - i1, CELLS - 1 - j1)
+            way = 1 if sweep == 0 else -1
+            for i1 in range(n):
+                for j1 in range(n):
+                    i, j = (i1, j1) if sweep == 0 else (n - 1 - i1, n - 1 - j1)
                     least = cells[i, j]
-                    for a in range(max(0, i - 1), min(CELLS, i + 2)):
-                        for b in range(max(0, j - 1), min(CELLS, j + 2)):
-                            least = min(least, cells[a, b] + 1)
+                    back = i - way
+                    if 0 <= back < n:
+                        for b in range(max(0, j - 1), min(n, j + 2)):
+                            least = min(least, cells[back, b] + 1)
+                    if 0 <= j - way < n:
+                        least = min(least, cells[i, j - way] + 1)
                     cells[i, j] = least
+        # Neighbours that the boundary does not part are on the same side of it.
         u0, v0 = face.box[0], face.box[2]
-        du, dv = (face.box[1] - u0) / CELLS, (face.box[3] - v0) / CELLS
-        for i in range(CELLS):
-            for j in range(CELLS):
-                if not inside(face, pieces, ctrl, u0 + (i + 0.5) * du, v0 + (j + 0.5) * dv, work):
+        du, dv = (face.box[1] - u0) / n, (face.box[3] - v0) / n
+        for i in range(n):
+            known, side = False, False
+            for j in range(n):
+                if cells[i, j] == 0:
+                    known = False
+                    continue
+                if not known:
+                    known, side = True, inside(face, pieces, ctrl, u0 + (i + 0.5) * du, v0 + (j + 0.5) * dv, work)
+                if not side:
                     cells[i, j] = -cells[i, j]
 
 
@@ -122,7 +136,8 @@ def draw_rasters(faces, pieces, ctrl, drawn, rasters):
 def mark_piece(face, piece, ctrl, cells, work):
     """Zero in every cell a boundary piece passes through, and half a cell round it."""
     u0, v0 = face.box[0], face.box[2]
-    per_u, per_v = CELLS / (face.box[1] - u0), CELLS / (face.box[3] - v0)
+    n = len(cells)
+    per_u, per_v = n / (face.box[1] - u0), n / (face.box[3] - v0)
     a, b = (piece.ends[0] - u0) * per_u, (piece.ends[1] - v0) * per_v
     last_a, last_b = (piece.ends[2] - u0) * per_u, (piece.ends[3] - v0) * per_v
     s, step = 0.0, 1.0 / 16.0
@@ -139,8 +154,8 @@ def mark_piece(face, piece, ctrl, cells, work):
         if max(abs(c - a), abs(d - b)) > 0.3 and step > 1e-6:
             step *= 0.5
             continue
-        for i in range(max(0, int(min(a, c) - 0.5)), min(CELLS, int(max(a, c) + 0.5) + 1)):
-            for j in range(max(0, int(min(b, d) - 0.5)), min(CELLS, int(max(b, d) + 0.5) + 1)):
+        for i in range(max(0, int(min(a, c) - 0.5)), min(n, int(max(a, c) + 0.5) + 1)):
+            for j in range(max(0, int(min(b, d) - 0.5)), min(n, int(max(b, d) + 0.5) + 1)):
                 cells[i, j] = 0
         a, b, s = c, d, new
         step *= 1.5
@@ -208,8 +223,9 @@ def cell_of(face, rim, rasters, u, v):
     """The cell of (u, v) in the raster of a face; parameters that wrap round are turned into the face's own turn."""
     u0, u1, v0, v1 = face.box[0], face.box[1], face.box[2], face.box[3]
     u, v = first_turn(u, u0, u1, face.period[0]), first_turn(v, v0, v1, face.period[1])
-    i = min(CELLS - 1, max(0, int((u - u0) / (u1 - u0) * CELLS)))
-    j = min(CELLS - 1, max(0, int((v - v0) / (v1 - v0) * CELLS)))
+    n = rasters.shape[1]
+    i = min(n - 1, max(0, int((u - u0) / (u1 - u0) * n)))
+    j = min(n - 1, max(0, int((v - v0) / (v1 - v0) * n)))
     return rasters[rim.first, i, j]
 
 
@@ -243,9 +259,9 @@ def uv_of_form(face, rim, x, y, z, rho, m, v):
 
 
 @njit(forceinline=True)
-def room_of_cells(face, cells, rho, m):
-    """Room [mm] of a point whose foot is that many cells away from the boundary."""
-    box, form, free = face.box, face.form, max(0, abs(cells) - 1) / CELLS
+def room_of_cells(face, cells, n, rho, m):
+    """Room [mm] of a point whose foot is that many of n cells away from the boundary."""
+    box, form, free = face.box, face.form, max(0, abs(cells) - 1) / n
     du, dv = free * (box[1] - box[0]), free * (box[3] - box[2])
     if form != PLANE:
         du = rho * sin(min(0.5 * pi, du))
@@ -279,5 +295,5 @@ def patch_room(face, rim, rasters, pieces, ctrl, u, v, per_u, per_v, band, work)
     cells = cell_of(face, rim, rasters, u, v)
     if cells == 0:
         return at_boundary(face, pieces, ctrl, a, b, band / per_u, band / per_v, work), 0.0
-    free = max(0, abs(cells) - 1) / CELLS
+    free = max(0, abs(cells) - 1) / rasters.shape[1]
     return (IN if cells > 0 else OUT), 0.1 * free * min((u1 - u0) * per_u, (v1 - v0) * per_v)

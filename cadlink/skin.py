@@ -100,7 +100,7 @@ class Skin(NamedTuple):
     side_uv: np.ndarray  # (n, 2) samples of (u, v) along sides
     power: np.ndarray  # (n, 4) patches in the power basis, numbered as in ctrl
     rims: np.ndarray
-    rasters: np.ndarray  # (n, CELLS, CELLS) int8
+    rasters: np.ndarray  # (n, cells, cells) int8
 
 
 def build_skin(record, chosen=None):
