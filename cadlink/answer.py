@@ -21,7 +21,8 @@ from math import cos, floor, sin, sqrt
 
 from numba import njit
 
-from cadlink.nurbs import arc_derivatives, cross, dot, from_ramp, minus, patch_foot, shape_on_patch, to_ramp
+from cadlink.nurbs import arc_derivatives, cross, dot, from_ramp, minus, shape_on_patch, to_ramp
+from cadlink.patch_foot import patch_foot
 from cadlink.primitives import foot_on_form, shape_on_form
 from cadlink.records import PATCHES
 from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE, SMOOTH
@@ -128,7 +129,7 @@ def continued(skin, number, u, v, p, foot, slack, work):
     reach = 5e-3 * sqrt(dot(m, m)) + 10.0 * slack + 1e-6
     if face.form == PATCHES:
         patch, s, t = patch_at(face, skin.patches, skin.breaks, u, v)
-        s, t, q, _, _, pull = patch_foot(skin.patches[patch], skin.ctrl, p, s, t, work)
+        s, t, q, _, _, pull = patch_foot(skin.patches[patch], skin.ctrl, skin.power, p, s, t, work)
         m = minus(q, foot)
         return dot(m, m) <= reach * reach and pull <= reach, patch, s, t, q
     for branch in range(2):
@@ -141,9 +142,9 @@ def continued(skin, number, u, v, p, foot, slack, work):
 
 @njit(**INNER)
 def faces_at_edge(skin, edge, tau, work):
-    """Mean outward normal of the faces at an edge, and whether they continue each other."""
+    """Mean outward normal of the faces at an edge, and the sine between them (2 for one face or opposite ones)."""
     mean, n = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    smooth = edge.side_last - edge.side_first > 1
+    turn = 0.0 if edge.side_last - edge.side_first > 1 else 2.0
     for k in range(edge.side_first, edge.side_last):
         side = skin.sides[k]
         a, b = uv_on_side(side, skin.side_uv, tau)
@@ -153,14 +154,13 @@ def faces_at_edge(skin, edge, tau, work):
         other, _, _, _ = shape_on_face(skin, side.face, patch, a, b, work)
         if k == edge.side_first:
             n = other
-        turn = cross(n, other)
-        if dot(turn, turn) > SMOOTH * SMOOTH or dot(n, other) < 0.0:
-            smooth = False
+        sine = cross(n, other)
+        turn = max(turn, sqrt(dot(sine, sine)) if dot(n, other) >= 0.0 else 2.0)
         mean = (mean[0] + other[0], mean[1] + other[1], mean[2] + other[2])
     size = sqrt(dot(mean, mean))
     if size == 0.0:
-        return n, smooth
-    return (mean[0] / size, mean[1] / size, mean[2] / size), smooth
+        return n, turn
+    return (mean[0] / size, mean[1] / size, mean[2] / size), turn
 
 
 @njit
@@ -226,7 +226,8 @@ def answer(skin, item, a, b, p, foot, work):
             curve = skin.curves[ref]
             edge = skin.edges[curve.edge]
             tau, tangent, bend = edge_at(kind, curve, skin.ctrl, a, work)
-            mean, smooth = faces_at_edge(skin, edge, tau, work)
+            mean, turn = faces_at_edge(skin, edge, tau, work)
+            smooth = turn <= SMOOTH
             slack, side_first, side_last = edge.slack, edge.side_first, edge.side_last
             face = skin.sides[side_first].face
         else:

@@ -10,7 +10,6 @@ import numpy as np
 from numba import njit
 
 LEAF = 2
-DEPTH = 64  # of the stack; the tree is balanced, so 2^64 items
 
 
 # Node k has children child, child + 1, or items order[start : stop] where child < 0.

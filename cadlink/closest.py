@@ -1,198 +1,55 @@
-"""The closest point of a trimmed skin: candidates, and the best of them.
+"""The closest point of a trimmed skin: the quick search, and the careful one where that is in doubt.
 
     p       the point
     best    smallest distance so far, plus the slack of an edge or vertex
     a, b    parameters of a foot: u, v of a face, s, t of a patch, tau, angle or s of an edge
 
 A closest point on a trimmed skin is a foot inside a face, a foot on an edge, or a vertex. The
-tree proposes items in order of nearness; each is measured exactly; the smallest distance wins.
+careful search walks the trees over all items in order of nearness; each is measured exactly; the
+smallest distance wins. The quick one (quick.py) decides all but about one point in a thousand.
 """
 
-from math import atan2, cos, floor, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
 from cadlink.answer import INNER, answer
-from cadlink.boxtree import DEPTH, box_distance
-from cadlink.nurbs import WORK, arc_foot, dot, from_ramp, minus, patch_foot
-from cadlink.primitives import foot_on_form
-from cadlink.records import CONE, TORUS
-from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE
-from cadlink.trim import inside
+from cadlink.boxtree import box_distance
+from cadlink.items import try_item
+from cadlink.nurbs import WORK
+from cadlink.quick import PENDING, WAITING, quick_search
+from cadlink.skin import ON_FACE, ON_LEAF
+from cadlink.track import ANSWER, answer_on_form, answer_on_patch, settle, track_edge, track_face, track_leaf, write
 
-END = 1e-9  # of an edge's length: feet this far past its end still count as on it
+# Columns of a seed: item, its parameters, the point searched for, reach, number of the surface.
+ITEM, A, B, PLACE, REACH, STAMP, COLUMNS = 0, 1, 2, 3, 6, 7, 8
 CHUNK = 64  # points that share one scratch space
 
 
-# --- one item ------------------------------------------------------------------------------------
+class Hints(NamedTuple):
+    """Where a search without a seed begins: the item near each cell of a grid from `low`."""
 
-
-@njit
-def try_face(face, pieces, ctrl, p, best, work):
-    """Nearest foot inside a closed-form face: distance (inf for none), u, v, foot."""
-    distance, u, v, foot = np.inf, 0.0, 0.0, p
-    branches = 2 if face.form == CONE or face.form == TORUS else 1
-    for branch in range(branches):
-        exists, a, b, q = foot_on_form(face, p, branch)
-        m = minus(p, q)
-        h = sqrt(dot(m, m))
-        if exists and h < min(best, distance) and inside(face, pieces, ctrl, a, b, work):
-            distance, u, v, foot = h, a, b, q
-    return distance, u, v, foot
-
-
-@njit
-def leaf_bound(leaf, p):
-    """Distance from a point to the aligned box of a leaf, and its height above the middle."""
-    frame, half = leaf.frame, leaf.half
-    x, y, z = p[0] - frame[0, 0], p[1] - frame[0, 1], p[2] - frame[0, 2]
-    a = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
-    b = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
-    c = x * frame[3, 0] + y * frame[3, 1] + z * frame[3, 2]
-    da = max(0.0, abs(a) - half[0])
-    db = max(0.0, abs(b) - half[1])
-    dc = max(0.0, abs(c) - half[2])
-    return sqrt(da * da + db * db + dc * dc), c
-
-
-@njit
-def starts_for(leaf, bound, height):
-    """How many Newton starts: where a leaf may bend round the point there may be several minima."""
-    if abs(height) <= leaf.half[2]:
-        bend = max(leaf.bend[0], leaf.bend[1])
-    else:
-        bend = leaf.bend[0] if height > 0.0 else leaf.bend[1]
-    return 1 if (bound + 2.0 * leaf.half[2]) * bend < 0.7 else 10
-
-
-@njit
-def try_leaf(leaf, patch, face, pieces, ctrl, p, best, s, t, work):
-    """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
-    distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
-    bound, height = leaf_bound(leaf, p)
-    if bound >= best:
-        return distance, found_s, found_t, foot
-    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
-    for start in range(starts_for(leaf, bound, height)):
-        if start == 0:
-            a = s if s >= 0.0 else 0.5 * (s0 + s1)
-            b = t if s >= 0.0 else 0.5 * (t0 + t1)
-        else:
-            a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
-            b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
-        a, b, q, f, free, _ = patch_foot(patch, ctrl, p, a, b, work)
-        h = sqrt(f)
-        if not free or h >= min(best, distance):
-            continue
-        if not (leaf.whole and s0 <= a <= s1 and t0 <= b <= t1):
-            u = from_ramp(a, patch.uv[0], patch.uv[1], patch.ramp[0])
-            v = from_ramp(b, patch.uv[2], patch.uv[3], patch.ramp[1])
-            if not inside(face, pieces, ctrl, u, v, work):
-                continue
-        distance, found_s, found_t, foot = h, a, b, q
-    return distance, found_s, found_t, foot
-
-
-@njit
-def try_line(curve, p):
-    """Foot on a straight edge, its ends left to the vertices: distance, tau, foot."""
-    f = curve.frame
-    a, d = (f[0, 0], f[0, 1], f[0, 2]), (f[1, 0], f[1, 1], f[1, 2])
-    size = dot(d, d)
-    tau = dot(minus(p, a), d) / size if size > 0.0 else -1.0
-    if not (-END <= tau <= 1.0 + END):
-        return np.inf, 0.0, p
-    tau = min(1.0, max(0.0, tau))
-    q = (a[0] + tau * d[0], a[1] + tau * d[1], a[2] + tau * d[2])
-    m = minus(p, q)
-    return sqrt(dot(m, m)), tau, q
-
-
-@njit
-def try_circle(curve, p):
-    """Foot on a circular edge: distance, angle, foot."""
-    f = curve.frame
-    x, y = (f[1, 0], f[1, 1], f[1, 2]), (f[2, 0], f[2, 1], f[2, 2])
-    q = minus(p, (f[0, 0], f[0, 1], f[0, 2]))
-    t0, t1 = curve.span[0], curve.span[1]
-    room = END * (t1 - t0)
-    t = atan2(dot(q, y), dot(q, x))
-    t -= floor((t - t0 + room) / (2.0 * pi)) * 2.0 * pi
-    if t > t1 + room:
-        return np.inf, 0.0, p
-    t = min(t1, max(t0, t))
-    c, s = cos(t), sin(t)
-    foot = (
-        f[0, 0] + c * x[0] + s * y[0],
-        f[0, 1] + c * x[1] + s * y[1],
-        f[0, 2] + c * x[2] + s * y[2],
-    )
-    m = minus(p, foot)
-    return sqrt(dot(m, m)), t, foot
-
-
-@njit
-def try_arc(curve, ctrl, p, s, work):
-    """Foot on one piece of a curved edge: distance, parameter of the piece, foot."""
-    distance, found, foot = np.inf, 0.0, p
-    for start in range(3):
-        a = 0.5 if start == 0 else (0.1 if start == 1 else 0.9)
-        if start == 0 and s >= 0.0:
-            a = s
-        a, q, d1, _, f = arc_foot(ctrl, curve.ctrl, curve.degree, p, a, work)
-        h = sqrt(f)
-        # Beyond the end of the edge the vertex answers; between pieces the end is a point as good.
-        past = abs(dot(minus(q, p), d1)) > END * dot(d1, d1)
-        if past and ((a <= 0.0 and curve.ends_there[0]) or (a >= 1.0 and curve.ends_there[1])):
-            continue
-        if h < distance:
-            distance, found, foot = h, a, q
-    return distance, found, foot
+    low: np.ndarray
+    per_mm: np.ndarray
+    item: np.ndarray
 
 
 @njit(**INNER)
-def try_item(skin, item, p, best, a, b, work):
-    """Foot on any item: distance with its slack, two parameters, foot."""
-    kind, ref = skin.items[item].kind, skin.items[item].ref
-    if kind == ON_FACE:
-        return try_face(skin.faces[ref], skin.pieces, skin.ctrl, p, best, work)
-    if kind == ON_LEAF:
-        leaf = skin.leaves[ref]
-        patch = skin.patches[leaf.patch]
-        face = skin.faces[patch.face]
-        return try_leaf(leaf, patch, face, skin.pieces, skin.ctrl, p, best, a, b, work)
-    if kind <= ON_ARC:
-        curve = skin.curves[ref]
-        if kind == ON_LINE:
-            h, a, foot = try_line(curve, p)
-        elif kind == ON_CIRCLE:
-            h, a, foot = try_circle(curve, p)
-        else:
-            h, a, foot = try_arc(curve, skin.ctrl, p, a, work)
-        return h + skin.edges[curve.edge].slack, a, 0.0, foot
-    vertex = skin.vertices[ref]
-    foot = (vertex.point[0], vertex.point[1], vertex.point[2])
-    m = minus(p, foot)
-    return sqrt(dot(m, m)) + vertex.slack, 0.0, 0.0, foot
-
-
-# --- the nearest of all --------------------------------------------------------------------------
-
-
-@njit(**INNER)
-def nearest(skin, p, seed, stack, bounds, work):
+def nearest(skin, p, hint, hint_a, hint_b, stack, bounds, work):
     """The item with the closest point: item, two parameters, foot.
 
-    seed : item and parameters found last time, item < 0 for none; it only tightens the search
+    hint : item and parameters found last time, item < 0 for none; it only tightens the search
     """
     best, item, a, b, foot = np.inf, -1, 0.0, 0.0, p
-    seed_item = int(seed[0])
-    # The seed comes first, then the tree from its root.
-    other, a1, b1 = seed_item, seed[1], seed[2]
-    stack[0], bounds[0], top = 0, 0.0, 1
-    k, stop = 0, 0
-    if not 0 <= seed_item < len(skin.items):
+    # The hint comes first, then the trees from their roots.
+    other, a1, b1 = hint, hint_a, hint_b
+    top, k, stop = 0, 0, 0
+    for root in skin.roots:
+        if root >= 0:
+            stack[top], bounds[top] = root, 0.0
+            top += 1
+    if not 0 <= hint < len(skin.items):
         other = -1
     while True:
         if other >= 0:
@@ -227,19 +84,102 @@ def nearest(skin, p, seed, stack, bounds, work):
         top += 2
 
 
+@njit(**INNER)
+def careful_search(skin, p, hint, hint_a, hint_b, entries, bounds, work, out):
+    """Fill out with the answer at the nearest item of all: item, two parameters, face."""
+    item, a, b, foot = nearest(skin, p, hint, hint_a, hint_b, entries, bounds, work)
+    d, q, n, k1, k2, e, label = answer(skin, item, a, b, p, foot, work)
+    write(out, d, q, n, k1, k2, e)
+    return item, a, b, label
+
+
+@njit(inline="always")
+def hint_at(p, low, per_mm, grid):
+    """The item of the cell of a point, or of the nearest cell."""
+    i = min(grid.shape[0] - 1, max(0, int((p[0] - low[0]) * per_mm[0])))
+    j = min(grid.shape[1] - 1, max(0, int((p[1] - low[1]) * per_mm[1])))
+    k = min(grid.shape[2] - 1, max(0, int((p[2] - low[2]) * per_mm[2])))
+    return grid[i, j, k]
+
+
+@njit(**INNER)
+def project_chunk(
+    skin, hints, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
+):
+    """Fill the fields of a Projection for points[start:stop]."""
+    items, faces, rims, leaves, patches = skin.items, skin.faces, skin.rims, skin.leaves, skin.patches
+    rasters, pieces, ctrl, power = skin.rasters, skin.pieces, skin.ctrl, skin.power
+    nodes, order, root = skin.nodes, skin.order, skin.roots[0]
+    low, per_mm, grid = hints.low, hints.per_mm, hints.item
+    entries, bounds, pending = np.zeros(WAITING, np.int64), np.zeros(WAITING), np.zeros((PENDING, 4))
+    work, found, out = np.zeros(WORK), np.zeros((2, 6, 3)), np.zeros(ANSWER)
+    tracked = found[0]
+    for i in range(start, stop):
+        p = (points[i, 0], points[i, 1], points[i, 2])
+        item, a, b, reach = -1, -1.0, -1.0, 0.0
+        if seed[i, STAMP] == stamp:
+            item, a, b, reach = int(seed[i, ITEM]), seed[i, A], seed[i, B], seed[i, REACH]
+        else:
+            item = hint_at(p, low, per_mm, grid)
+        at = (seed[i, PLACE], seed[i, PLACE + 1], seed[i, PLACE + 2])
+        x, y, z = p[0] - at[0], p[1] - at[1], p[2] - at[2]
+        label, on_form = -1, False
+        # In reach of the last search its item is looked at alone.
+        if x * x + y * y + z * z < reach * reach:
+            kind, ref = items[item].kind, items[item].ref
+            if kind == ON_FACE:
+                d, q, m, k1, k2, e, label = track_face(faces[ref], rims[ref], rasters, pieces, ctrl, p, work)
+                on_form = label >= 0
+            elif kind == ON_LEAF:
+                leaf = leaves[ref]
+                patch = patches[leaf.patch]
+                face1, rim = faces[patch.face], rims[patch.face]
+                a, b, label = track_leaf(
+                    leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, tracked, work, out
+                )
+            else:
+                a, b, label = track_edge(skin, item, a, b, p, work, out)
+        if label < 0:
+            at, hint, hint_a, hint_b = p, item, a, b
+            item, a, b, row, reach = quick_search(
+                skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
+                p, hint, hint_a, hint_b, entries, bounds, pending, found, work,
+            )  # fmt: skip
+            if reach < 0.0:
+                reach = 0.0
+                if hint < 0:
+                    hint, hint_a, hint_b = item, a, b
+                item, a, b, label = careful_search(skin, p, hint, hint_a, hint_b, entries, bounds, work, out)
+            else:
+                kind, ref = items[item].kind, items[item].ref
+                if kind == ON_FACE:
+                    d, q, m, k1, k2, e = answer_on_form(faces[ref], rims[ref], p)
+                    on_form, label = True, faces[ref].label
+                elif kind == ON_LEAF and answer_on_patch(p, found[row], leaves[ref].sense, out):
+                    label = faces[patches[leaves[ref].patch].face].label
+                else:
+                    label = settle(skin, item, a, b, p, found[row], work, out)
+        if not on_form:
+            d, k1, k2 = out[0], out[10], out[11]
+            q, m, e = (out[1], out[2], out[3]), (out[4], out[5], out[6]), (out[7], out[8], out[9])
+        distance[i], face[i], curvature[i, 0], curvature[i, 1] = d, label, k1, k2
+        for c in range(3):
+            point[i, c], normal[i, c], direction[i, c] = q[c], m[c], e[c]
+            new_seed[i, PLACE + c] = at[c]
+        new_seed[i, ITEM], new_seed[i, A], new_seed[i, B], new_seed[i, REACH] = item, a, b, reach
+        new_seed[i, STAMP] = stamp
+
+
 @njit(parallel=True, cache=True)
-def project_points(skin, points, seed, distance, point, normal, curvature, direction, face, new_seed):
-    """Fill the fields of a Projection. Points are independent: the same bits at any thread count."""
+def project_points(skin, hints, stamp, points, seed, distance, point, normal, curvature, direction, face, new_seed):
+    """Fill the fields of a Projection. Points are independent: the same bits at any thread count.
+
+    hints : the grid of hints
+    stamp : number of the surface; seeds that carry another are not its own
+    """
     n = len(points)
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stack, bounds = np.zeros(DEPTH, np.int64), np.zeros(DEPTH)
-        work = np.zeros(WORK)
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            p = (points[i, 0], points[i, 1], points[i, 2])
-            item, a, b, foot = nearest(skin, p, seed[i], stack, bounds, work)
-            d, q, nrm, k1, k2, e, f = answer(skin, item, a, b, p, foot, work)
-            distance[i], face[i] = d, f
-            for c in range(3):
-                point[i, c], normal[i, c], direction[i, c] = q[c], nrm[c], e[c]
-            curvature[i, 0], curvature[i, 1] = k1, k2
-            new_seed[i, 0], new_seed[i, 1], new_seed[i, 2] = item, a, b
+        start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
+        project_chunk(
+            skin, hints, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
+        )

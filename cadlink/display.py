@@ -16,6 +16,11 @@ ANGLE = 0.25  # largest angle between neighbouring triangles [rad]
 def tessellate(shape, faces, diagonal):
     """points (n, 3) [mm] and cells (m, 3), wound so that normals leave the material."""
     BRepMesh_IncrementalMesh(shape, CHORD * diagonal, False, ANGLE, False)
+    return triangles_of(faces)
+
+
+def triangles_of(faces):
+    """The same of faces that have been meshed."""
     points, cells, count = [], [], 0
     for face in faces:
         at = TopLoc_Location()

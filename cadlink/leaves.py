@@ -6,7 +6,7 @@ a time. The box is aligned with the leaf; it holds the control net, so it holds 
 (weights are positive).
 """
 
-from math import sqrt
+from math import acos, pi, sin, sqrt
 
 import numpy as np
 from numba import njit
@@ -17,13 +17,21 @@ from cadlink.trim import inside
 
 TURN = 0.3  # rad
 LEVELS = 16  # halvings at most
-SAFETY = 1.5  # on curvatures sampled at more points of a leaf than its degree has waves
+TRACKED = (5e-12, 5e-8)  # mm: errors in distance and foot that a Taylor series may leave
+REACH = 2.0  # mm: distance from the skin at which they are promised
+SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree has waves
 
 
 # Part of a patch.
 #   rect   s0, s1, t0, t1;  frame  centre and axes (third: near S_s x S_t) of its box, half  its size
 #   bend   largest curvature towards, and away from, S_s x S_t [1/mm]
 #   whole  1 where no boundary of the face passes through: every foot counts
+#   cone   sine of the angle its normals make with the third axis at most
+#   start  of Newton: s, t of the middle, its place along the first two axes, and the inverse of
+#          the map from s, t to that plane
+#   inner  s0, s1, t0, t1 within which every foot on the patch counts (rim.py)
+#   sense, group   of its face and of that face's rim
+#   tiny   steps in s and t so short that a Taylor series ends them (power.py)
 LEAF = np.dtype(
     [
         ("patch", "i8"),
@@ -32,6 +40,12 @@ LEAF = np.dtype(
         ("half", "f8", 3),
         ("bend", "f8", 2),
         ("whole", "i8"),
+        ("cone", "f8"),
+        ("start", "f8", 8),
+        ("tiny", "f8", 2),
+        ("inner", "f8", 4),
+        ("sense", "f8"),
+        ("group", "i8"),
     ]
 )
 
@@ -77,6 +91,7 @@ def cut_patches(patches, faces, pieces, ctrl, smallest):
         least, most = local.min(axis=0), local.max(axis=0)
         frame[0] += 0.5 * (least + most) @ frame[1:]
         leaves["half"][k] = 0.5 * (most - least)
+        leaves["start"][k, 2:4] = -0.5 * (least + most)[:2]
     return leaves, low, high
 
 
@@ -156,22 +171,14 @@ def classify(patches, faces, pieces, ctrl, ids, rects, part):
 
 @njit(cache=True)
 def measure_leaves(patches, ctrl, leaves):
-    """Centre and axes of each leaf, and the largest curvature to either side."""
+    """Centre and axes of each leaf, largest curvature to either side, cone of normals, Newton's steps."""
     work = np.zeros(WORK)
     for k in range(len(leaves)):
         leaf = leaves[k]
         patch = patches[leaf.patch]
         s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
-        n_s, n_t = max(4, patch.degree[0] + 3), max(4, patch.degree[1] + 3)
-        for i in range(n_s):
-            for j in range(n_t):
-                s = s0 + (s1 - s0) * (0.001 + 0.998 * i / (n_s - 1.0))
-                t = t0 + (t1 - t0) * (0.001 + 0.998 * j / (n_t - 1.0))
-                _, k1, k2, _ = shape_on_patch(patch, ctrl, s, t, 1.0, work)
-                leaf.bend[0] = max(leaf.bend[0], -SAFETY * k2)
-                leaf.bend[1] = max(leaf.bend[1], SAFETY * k1)
         s, t = 0.5 * (s0 + s1), 0.5 * (t0 + t1)
-        centre, d_s, _, _, _, _ = patch_point(patch, ctrl, s, t, work)
+        centre, d_s, d_t, _, _, _ = patch_point(patch, ctrl, s, t, work)
         n, _, _, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
         # First axis along the leaf: S_s, or e where S_s vanishes.
         length = sqrt(dot(d_s, d_s))
@@ -180,6 +187,60 @@ def measure_leaves(patches, ctrl, leaves):
         for c in range(3):
             leaf.frame[0, c] = centre[c]
             leaf.frame[1, c], leaf.frame[2, c], leaf.frame[3, c] = a[c], b[c], n[c]
+        leaf.start[0], leaf.start[1] = s, t
+        det = length * dot(d_t, b)
+        if abs(det) > 1e-9 * (length * length + dot(d_t, d_t)):
+            leaf.start[4], leaf.start[5] = dot(d_t, b) / det, -dot(d_t, a) / det
+            leaf.start[7] = length / det
+        turn = 0.0
+        n_s, n_t = max(4, patch.degree[0] + 3), max(4, patch.degree[1] + 3)
+        for i in range(n_s):
+            for j in range(n_t):
+                s = s0 + (s1 - s0) * (0.001 + 0.998 * i / (n_s - 1.0))
+                t = t0 + (t1 - t0) * (0.001 + 0.998 * j / (n_t - 1.0))
+                m, k1, k2, _ = shape_on_patch(patch, ctrl, s, t, 1.0, work)
+                leaf.bend[0] = max(leaf.bend[0], -SAFETY * k2)
+                leaf.bend[1] = max(leaf.bend[1], SAFETY * k1)
+                turn = max(turn, acos(min(1.0, dot(m, n))) if dot(m, n) > -1.0 else pi)
+        leaf.cone = sin(min(0.5 * pi, 1.2 * turn + 0.01))
+        measure_steps(patch, ctrl, leaf, work)
+
+
+@njit
+def measure_steps(patch, ctrl, leaf, work):
+    """How short a Newton step must be for a Taylor series to end it: errors of TRACKED.
+
+    Over steps of a quarter of the leaf the series misses by e (third order, all of it); a step of x
+    leaves misses by e (4 x)^3. Newton itself leaves a foot error of second order from the tangential
+    part q of S_xx and, at the distance REACH, from the third derivatives.
+    """
+    w_s, w_t = leaf.rect[1] - leaf.rect[0], leaf.rect[3] - leaf.rect[2]
+    miss, drift, even, first_s, first_t = 0.0, 0.0, 1.0, 0.0, 0.0
+    for i in range(3):
+        for j in range(3):
+            s, t = leaf.rect[0] + 0.5 * i * w_s, leaf.rect[2] + 0.5 * j * w_t
+            x, d_s, d_t, d_ss, d_st, d_tt = patch_point(patch, ctrl, s, t, work)
+            a, b = (-0.25 if i > 0 else 0.25) * w_s, (-0.25 if j > 0 else 0.25) * w_t
+            y, _, _, _, _, _ = patch_point(patch, ctrl, s + a, t + b, work)
+            e = 0.0
+            for c in range(3):
+                series = x[c] + a * d_s[c] + b * d_t[c] + 0.5 * (a * a * d_ss[c] + b * b * d_tt[c]) + a * b * d_st[c]
+                e += (y[c] - series) * (y[c] - series)
+            e = sqrt(e)
+            miss = max(miss, e)
+            size_s, size_t = sqrt(dot(d_s, d_s)) * w_s, sqrt(dot(d_t, d_t)) * w_t
+            # How unevenly the parameters run: 0 at a pole.
+            first_s, first_t = (size_s, size_t) if i + j == 0 else (first_s, first_t)
+            even = min(even, min(size_s / max(first_s, 1e-300), size_t / max(first_t, 1e-300)))
+            even = min(even, min(first_s / max(size_s, 1e-300), first_t / max(size_t, 1e-300)))
+            for d, w2 in ((d_ss, w_s * w_s), (d_st, w_s * w_t), (d_tt, w_t * w_t)):
+                along = max(abs(dot(d, d_s)) * w_s / max(size_s, 1e-300), abs(dot(d, d_t)) * w_t / max(size_t, 1e-300))
+                drift = max(drift, 1.5 * w2 * along)
+            drift = max(drift, 3.0 * 64.0 * e * REACH / max(min(size_s, size_t), 1e-300))
+    step = min(0.25, (TRACKED[0] / max(64.0 * miss, 1e-300)) ** (1.0 / 3.0), sqrt(TRACKED[1] / max(drift, 1e-300)))
+    if even < 0.1:
+        step = 1e-9  # near a pole the second derivatives must be those of the foot itself
+    leaf.tiny[0], leaf.tiny[1] = step * w_s, step * w_t
 
 
 def cut_arc(ctrl, smallest):

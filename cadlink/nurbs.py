@@ -1,13 +1,10 @@
-"""Closest points on rational Bezier arcs and patches.
+"""Points, derivatives and shape of rational Bezier arcs and patches, and closest points on arcs.
 
     s, t    parameters of one patch (or arc), in [0, 1]
-    r       S(s, t) - p, from the point to the surface [mm]
-    g       gradient of |r|^2 / 2 in (s, t);  H its Hessian
+    r       S(s, t) - p, from the point to the curve [mm]
     work    scratch (WORK), one for each thread
 
-A foot is a minimum of |r|^2 on the square [0, 1]^2: Newton with the exact Hessian where it is
-positive definite, Gauss-Newton elsewhere, steps halved until the distance falls (Piegl & Tiller,
-The NURBS Book, 6.1, with an active set for the sides of the square).
+Bernstein polynomials serve any degree and place; power.py is quicker where it serves.
 """
 
 from math import atan, atanh, sqrt, tan, tanh
@@ -25,6 +22,7 @@ SURE = 1e-4  # mm: below it a step is not tested against the distance, which sta
 #   degree   p, q;  ctrl  number of its first control point (w x, w y, w z, w), then i (q + 1) + j
 #   ramp     how the face's u and v follow s and t;  uv  u0, u1, v0, v1
 #   natural  whether s = 0, s = 1, t = 0, t = 1 end the whole surface
+#   centre  mm, rational  whether weights differ, steady  whether the power basis serves (power.py)
 PATCH = np.dtype(
     [
         ("degree", "i8", 2),
@@ -33,6 +31,9 @@ PATCH = np.dtype(
         ("uv", "f8", 4),
         ("natural", "i8", 4),
         ("face", "i8"),
+        ("centre", "f8", 3),
+        ("rational", "i8"),
+        ("steady", "i8"),
     ]
 )
 
@@ -171,82 +172,6 @@ def clamped(x):
 
 
 @njit
-def newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2):
-    """Step in (s, t) against the gradient; held parameters stay.
-
-    a: metric S_i . S_j (Gauss-Newton), h: exact Hessian, used where it is positive definite.
-    """
-    if held1 and held2:
-        return 0.0, 0.0
-    if held1:
-        m = h22 if h22 > 1e-3 * a22 else a22
-        return 0.0, (-g2 / m if m > 0.0 else 0.0)
-    if held2:
-        m = h11 if h11 > 1e-3 * a11 else a11
-        return (-g1 / m if m > 0.0 else 0.0), 0.0
-    det = h11 * h22 - h12 * h12
-    if h11 > 0.0 and det > 1e-6 * a11 * a22:
-        return (h12 * g2 - h22 * g1) / det, (h12 * g1 - h11 * g2) / det
-    # Gauss-Newton, a little damped so that a pole (S_s = 0) does no harm.
-    m11, m22 = a11 * 1.000001 + 1e-14 * a22, a22 * 1.000001 + 1e-14 * a11
-    det = m11 * m22 - a12 * a12
-    if det <= 0.0:
-        return 0.0, 0.0
-    return (a12 * g2 - m22 * g1) / det, (a12 * g1 - m11 * g2) / det
-
-
-@njit
-def patch_foot(patch, ctrl, point, s, t, work):
-    """Minimum of the distance to one patch, downhill from (s, t).
-
-    returns : s, t, foot, distance^2; whether it may be an interior foot: False where the distance
-        still falls across a side that ends the whole surface; and the pull across any side [mm]
-    """
-    f, ds, dt, size1, size2 = np.inf, 0.0, 0.0, 0.0, 0.0
-    foot = r = d_s = d_t = (0.0, 0.0, 0.0)
-    for _ in range(MAX_ITERATIONS):
-        s1, t1 = clamped(s + ds), clamped(t + dt)
-        length = abs(s1 - s) * size1 + abs(t1 - t) * size2
-        foot1, e_s, e_t, e_ss, e_st, e_tt = patch_point(patch, ctrl, s1, t1, work)
-        r1 = minus(foot1, point)
-        f1 = dot(r1, r1)
-        if not (f1 < f or length < SURE):
-            ds, dt = 0.4 * ds, 0.4 * dt
-            continue
-        s, t, foot, r, f, d_s, d_t = s1, t1, foot1, r1, f1, e_s, e_t
-        if 0.0 < length < STEP:
-            break
-        g1, g2 = dot(r, d_s), dot(r, d_t)
-        a11, a12, a22 = dot(d_s, d_s), dot(d_s, d_t), dot(d_t, d_t)
-        h11, h12, h22 = a11 + dot(r, e_ss), a12 + dot(r, e_st), a22 + dot(r, e_tt)
-        held1 = (s <= 0.0 and g1 > 0.0) or (s >= 1.0 and g1 < 0.0)
-        held2 = (t <= 0.0 and g2 > 0.0) or (t >= 1.0 and g2 < 0.0)
-        ds, dt = newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2)
-        size1, size2 = sqrt(a11), sqrt(a22)
-        if abs(clamped(s + ds) - s) * size1 + abs(clamped(t + dt) - t) * size2 < 1e-13:
-            break
-    # How hard each side of the square holds the foot back, as a length along the surface.
-    g1, g2 = dot(r, d_s), dot(r, d_t)
-    size1, size2 = max(sqrt(dot(d_s, d_s)), 1e-300), max(sqrt(dot(d_t, d_t)), 1e-300)
-    slack = 1e-8 * sqrt(f) + 1e-11
-    pull, free = 0.0, True
-    for side in range(4):
-        if side == 0:
-            held = g1 / size1 if s <= 0.0 else 0.0
-        elif side == 1:
-            held = -g1 / size1 if s >= 1.0 else 0.0
-        elif side == 2:
-            held = g2 / size2 if t <= 0.0 else 0.0
-        else:
-            held = -g2 / size2 if t >= 1.0 else 0.0
-        pull = max(pull, held)
-        # A side of the whole surface that does so belongs to an edge, not to the face.
-        if held > slack and patch.natural[side]:
-            free = False
-    return s, t, foot, f, free, pull
-
-
-@njit
 def shape_on_patch(patch, ctrl, s, t, sense, work):
     """Outward normal, curvatures k1 >= k2 (> 0 convex) and the direction of k1.
 
@@ -263,23 +188,30 @@ def shape_on_patch(patch, ctrl, s, t, sense, work):
         s, t = min(1.0 - 1e-5, max(1e-5, s)), min(1.0 - 1e-5, max(1e-5, t))
     if size == 0.0:
         return (0.0, 0.0, sense), 0.0, 0.0, (1.0, 0.0, 0.0)
-    n = (sense * n[0] / size, sense * n[1] / size, sense * n[2] / size)
+    return shape_of(d_s, d_t, d_ss, d_st, d_tt, sense)
+
+
+@njit
+def shape_of(d_s, d_t, d_ss, d_st, d_tt, sense):
+    """The same from the derivatives of a surface that is regular there."""
+    n = cross(d_s, d_t)
+    size = sense / sqrt(dot(n, n))
+    n = (size * n[0], size * n[1], size * n[2])
+    a, b = dot(d_s, d_s), dot(d_t, d_t)
+    b11, b12, b22 = -dot(d_ss, n), -dot(d_st, n), -dot(d_tt, n)
     # Orthonormal tangents: e along S_s (or S_t where that is longer), f = n x e.
-    if dot(d_s, d_s) >= dot(d_t, d_t):
-        length = sqrt(dot(d_s, d_s))
-        e = (d_s[0] / length, d_s[1] / length, d_s[2] / length)
-    else:
-        length = sqrt(dot(d_t, d_t))
-        e = (d_t[0] / length, d_t[1] / length, d_t[2] / length)
+    if a < b:
+        d_s, d_t, a, b11, b22 = d_t, d_s, b, b22, b11
+    j11 = sqrt(a)
+    e = (d_s[0] / j11, d_s[1] / j11, d_s[2] / j11)
     f = cross(n, e)
     # Inverse of the map (ds, dt) -> tangent plane, then the second form in that plane.
-    j11, j12, j21, j22 = dot(d_s, e), dot(d_t, e), dot(d_s, f), dot(d_t, f)
-    det = j11 * j22 - j12 * j21
-    s_e, s_f, t_e, t_f = j22 / det, -j12 / det, -j21 / det, j11 / det
-    b11, b12, b22 = -dot(d_ss, n), -dot(d_st, n), -dot(d_tt, n)
-    k_ee = b11 * s_e * s_e + 2.0 * b12 * s_e * t_e + b22 * t_e * t_e
-    k_ef = b11 * s_e * s_f + b12 * (s_e * t_f + s_f * t_e) + b22 * t_e * t_f
-    k_ff = b11 * s_f * s_f + 2.0 * b12 * s_f * t_f + b22 * t_f * t_f
+    j12, j22 = dot(d_t, e), dot(d_t, f)
+    s_e, t_f = 1.0 / j11, 1.0 / j22
+    s_f = -j12 * s_e * t_f
+    k_ee = b11 * s_e * s_e
+    k_ef = s_e * (b11 * s_f + b12 * t_f)
+    k_ff = b11 * s_f * s_f + t_f * (2.0 * b12 * s_f + b22 * t_f)
     mean, half = 0.5 * (k_ee + k_ff), 0.5 * (k_ee - k_ff)
     root = sqrt(half * half + k_ef * k_ef)
     # Direction of k1: the eigenvector, taken from the row that does not cancel.

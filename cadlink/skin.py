@@ -11,17 +11,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cadlink.boxtree import build_tree
+from cadlink.boxtree import NODE, build_tree
 from cadlink.leaves import cut_arc, cut_patches
 from cadlink.nurbs import PATCH
+from cadlink.power import to_power
 from cadlink.records import CIRCLE, CONE, CYLINDER, LINE, PATCHES, PLANE, SPHERE
+from cadlink.rim import build_rims, fill_inner
 from cadlink.trim import pack_pieces
 
 ON_FACE, ON_LEAF, ON_LINE, ON_CIRCLE, ON_ARC, ON_VERTEX = range(6)  # kinds of item
 SMOOTH = 8.7e-4  # rad (0.05 deg): faces that meet at a smaller angle continue each other
+STATIONS = 16  # along an edge
 TIE = 1e-10  # mm: at equal distance a face goes before an edge, an edge before a vertex
 
-ITEM = np.dtype([("low", "f8", 3), ("high", "f8", 3), ("kind", "i8"), ("ref", "i8")])
+# smooth: an edge or vertex at which faces continue each other; the quick search passes it over.
+ITEM = np.dtype([("low", "f8", 3), ("high", "f8", 3), ("kind", "i8"), ("ref", "i8"), ("smooth", "i8")])
 
 # One face. label: its index in the part; grid: first patch, nu, nv, first u and v break;
 # box: u0, u1, v0, v1 of its trim; piece_first .. piece_last: the boundary.
@@ -53,7 +57,16 @@ CURVE = np.dtype(
         ("ends_there", "i8", 2),
     ]
 )
-EDGE = np.dtype([("slack", "f8"), ("side_first", "i8"), ("side_last", "i8")])
+# turn: least and largest sine between its faces; normal: their mean at equal steps along it (smooth.py).
+EDGE = np.dtype(
+    [
+        ("slack", "f8"),
+        ("side_first", "i8"),
+        ("side_last", "i8"),
+        ("turn", "f8", 2),
+        ("normal", "f8", (STATIONS, 3)),
+    ]
+)
 SIDE = np.dtype([("face", "i8"), ("uv_first", "i8"), ("uv_last", "i8")])
 
 # One vertex. normal: pseudo-normal; smooth: its faces share a tangent plane; uv: on that face.
@@ -70,8 +83,9 @@ VERTEX = np.dtype(
 
 
 class Skin(NamedTuple):
-    nodes: np.ndarray
+    nodes: np.ndarray  # two trees: over the items of the quick search, and over the smooth edges and vertices
     order: np.ndarray
+    roots: np.ndarray  # (2,) first nodes of the trees, -1 for none
     items: np.ndarray
     faces: np.ndarray
     pieces: np.ndarray
@@ -84,6 +98,9 @@ class Skin(NamedTuple):
     ctrl: np.ndarray  # (n, 4) control points of patches, boundary pieces and curves
     breaks: np.ndarray  # (n,) parameters between the patches of a grid
     side_uv: np.ndarray  # (n, 2) samples of (u, v) along sides
+    power: np.ndarray  # (n, 4) patches in the power basis, numbered as in ctrl
+    rims: np.ndarray
+    rasters: np.ndarray  # (n, cells, cells) int8
 
 
 def build_skin(record, chosen=None):
@@ -124,11 +141,45 @@ def build_skin(record, chosen=None):
     pad = 1e-9 * max(1e-3, float(np.ptp(items["low"], axis=0).max()))
     items["low"] -= pad
     items["high"] += pad
-    nodes, order = build_tree(items["low"].copy(), items["high"].copy())
-    return Skin(
-        nodes, order, items, faces, pieces, patches, leaves, curves, edges, sides, vertices,
-        ctrl, breaks, side_uv,
+    power = to_power(patches, ctrl)
+    rims, rasters = build_rims(faces, pieces, ctrl)
+    fill_inner(leaves, patches, faces, rims)
+    skin = Skin(
+        np.zeros(0, NODE), np.zeros(0, np.int64), np.full(2, -1), items, faces, pieces, patches, leaves, curves,
+        edges, sides, vertices, ctrl, breaks, side_uv, power, rims, rasters,
     )  # fmt: skip
+    corners = [(renumber[face], number) for number, face, *_ in record["corners"] if renumber[face] >= 0]
+    from cadlink.smooth import group_faces, survey_edges  # they need the records of this module
+
+    survey_edges(skin)
+    group_faces(skin, [(face, record["vertex_gaps"][number]) for face, number in corners])
+    return plant_trees(skin)
+
+
+def plant_trees(skin):
+    """The skin with its trees: quick items, and smooth edges and vertices."""
+    items, kind, ref = skin.items, skin.items["kind"], skin.items["ref"]
+    on_curve = (kind >= ON_LINE) & (kind <= ON_ARC)
+    items["smooth"][on_curve] = skin.edges["turn"][skin.curves["edge"][ref[on_curve]], 1] <= SMOOTH
+    on_vertex = kind == ON_VERTEX
+    items["smooth"][on_vertex] = skin.vertices["smooth"][ref[on_vertex]]
+    nodes, orders, roots = [], [], np.full(2, -1)
+    n_nodes = n_items = 0
+    for which in (0, 1):
+        mine = np.flatnonzero(items["smooth"] == which)
+        if not len(mine):
+            continue
+        tree, order = build_tree(items["low"][mine], items["high"][mine])
+        tree["child"][tree["child"] >= 0] += n_nodes
+        tree["start"] += n_items
+        tree["stop"] += n_items
+        roots[which] = n_nodes
+        nodes.append(tree)
+        orders.append(mine[order])
+        n_nodes, n_items = n_nodes + len(tree), n_items + len(mine)
+    if nodes:
+        skin = skin._replace(nodes=np.concatenate(nodes), order=np.concatenate(orders))
+    return skin._replace(roots=roots)
 
 
 # --- faces ---------------------------------------------------------------------------------------
@@ -157,7 +208,7 @@ def pack_faces(record, mine):
                 degree = (net.shape[0] - 1, net.shape[1] - 1)
                 natural = (i == 0, i == nu - 1, j == 0, j == nv - 1)
                 uv = (u0, u1, v0, v1)
-                patches.append((degree, count, (ramp_u, ramp_v), uv, natural, number))
+                patches.append((degree, count, (ramp_u, ramp_v), uv, natural, number, np.zeros(3), 0, 0))
                 nets.append(net.reshape(-1, 4))
                 count += len(nets[-1])
     pieces, more = pack_pieces(pieces, count)
@@ -221,7 +272,7 @@ def pack_edges(record, renumber, nets):
         if not both:
             continue
         edge = len(edges)
-        edges.append((gap + TIE, len(sides), len(sides) + len(both)))
+        edges.append((gap + TIE, len(sides), len(sides) + len(both), (0.0, 0.0), np.zeros((STATIONS, 3))))
         for face, uv in both:
             sides.append((face, uv_count, uv_count + len(uv)))
             side_uv.append(uv)

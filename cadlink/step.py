@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cadlink import read_cache
 from cadlink.errors import CadError, UnknownPart
 
 TIMEOUT = 300.0  # s
@@ -163,15 +164,20 @@ def read_step(path, timeout=TIMEOUT):
 
     path : file name
     timeout : s, after which reading is given up
-    returns : Assembly, a mapping from part name to Part
+    returns : Assembly, a mapping from part name to Part; a file read before comes from the user's
+        cache folder (read_cache.py)
     raises : CadError, one line, for a file that is missing, is not STEP, has no faces, or makes
         OpenCASCADE crash or hang
     """
     path = Path(path)
     check_step(path)
-    result = read_in_child(path, timeout)
-    if "error" in result:
-        raise CadError(f"{path}: {result['error']}")
+    key = read_cache.key_of(path)
+    result = read_cache.recall(key)
+    if result is None:
+        result = read_in_child(path, timeout)
+        if "error" in result:
+            raise CadError(f"{path}: {result['error']}")
+        read_cache.keep(key, result)
     unit = result["unit"]
     parts = [Part(name, color, record, unit, path) for name, color, record in result["parts"]]
     return Assembly(parts, unit, path)

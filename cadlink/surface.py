@@ -1,12 +1,15 @@
 """The exact skin of a tool: closest points, normals and curvatures of trimmed CAD faces."""
 
+import zlib
 from typing import NamedTuple
 
 import numpy as np
 
-from cadlink.closest import project_points
+from cadlink.closest import COLUMNS, Hints, project_points
 from cadlink.errors import CadError
 from cadlink.skin import build_skin
+
+CELLS = 4096  # of the grid of hints, about
 
 
 class Projection(NamedTuple):
@@ -21,7 +24,7 @@ class Projection(NamedTuple):
     direction  (n, 3) unit, principal direction of curvature[:, 0]; the other one is
                cross(normal, direction)
     face       (n,) index of the face in the part (one of two at an edge)
-    seed       (n, 3) to be passed back with the same points after a small move
+    seed       (n, 8) to be passed back with the same points after a small move
     """
 
     distance: np.ndarray
@@ -50,6 +53,9 @@ class ToolSurface:
                 raise CadError(f"part {part.name!r} has faces 0 to {part.n_faces - 1}, found {faces.tolist()}")
         self.part = part
         self.skin = build_skin(part.record["skin"], faces)
+        self.hints = None
+        # Tells its own seeds from those of other surfaces.
+        self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
 
     def project(self, points, seed=None):
         """Closest points on the exact tool faces.
@@ -67,19 +73,40 @@ class ToolSurface:
         if not np.isfinite(points).all():
             raise ValueError("points must be finite, found nan or inf")
         n = len(points)
+        if self.hints is None:
+            self.hints = hint_grid(self)
         if seed is None:
-            seed = np.full((n, 3), -1.0)
-        elif np.shape(seed) != (n, 3):
-            raise ValueError(f"seed must be ({n}, 3) for {n} points, found {np.shape(seed)}")
-        hit = Projection(
-            np.empty(n),
-            np.empty((n, 3)),
-            np.empty((n, 3)),
-            np.empty((n, 2)),
-            np.empty((n, 3)),
-            np.empty(n, np.int64),
-            np.empty((n, 3)),
-        )
-        if n:
-            project_points(self.skin, points, np.ascontiguousarray(seed, float), *hit)
-        return hit
+            seed = np.zeros((n, COLUMNS))
+        elif np.shape(seed) != (n, COLUMNS):
+            raise ValueError(f"seed must be ({n}, {COLUMNS}) for {n} points, found {np.shape(seed)}")
+        return project(self.skin, self.hints, self.stamp, points, np.ascontiguousarray(seed, float))
+
+
+def project(skin, hints, stamp, points, seed):
+    """Projection of checked points."""
+    n = len(points)
+    hit = Projection(
+        np.empty(n),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((n, 2)),
+        np.empty((n, 3)),
+        np.empty(n, np.int64),
+        np.empty((n, COLUMNS)),
+    )
+    if n:
+        project_points(skin, hints, stamp, points, seed, *hit)
+    return hit
+
+
+def hint_grid(surface):
+    """The nearest item at the middle of each cell of a coarse grid round the skin: where searches begin."""
+    low, high = surface.skin.items["low"].min(axis=0), surface.skin.items["high"].max(axis=0)
+    size = np.maximum(high - low, 1e-3 * (high - low).max())
+    counts = np.maximum(1, np.round(size * (CELLS / size.prod()) ** (1.0 / 3.0))).astype(int)
+    per_mm = counts / size
+    middles = [low[c] + (np.arange(counts[c]) + 0.5) / per_mm[c] for c in range(3)]
+    points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 3)
+    nowhere = Hints(low, per_mm, np.full((1, 1, 1), -1))
+    found = project(surface.skin, nowhere, surface.stamp, points, np.zeros((len(points), COLUMNS)))
+    return Hints(low, per_mm, found.seed[:, 0].astype(np.int64).reshape(counts))

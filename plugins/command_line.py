@@ -137,6 +137,30 @@ def report(folder: Path, *, plot: Path | None = None, as_json: Json = False):
         figures.plot(folder, plot)
 
 
+bench = App(name="bench", help="Time and accuracy, measured here and now on one core.")
+app.command(bench)
+
+
+@bench.command
+def projection(*cases: str, points: int = 20000, as_json: Json = False):
+    """Exact projection against OpenCASCADE and against facets: ns per point and largest error.
+
+    Parameters
+    ----------
+    cases
+        Any of die, die-nurbs, torus-nurbs, nacelle; all by default. Cases whose files are not there are left out.
+    points
+        Points within 2 mm of the surface.
+    """
+    from .bench_projection import measure, projection_table
+
+    rows = measure(cases, points)
+    if as_json:
+        print_json(rows)
+    else:
+        print_table(projection_table(rows))
+
+
 @app.command
 def schema():
     """Print the JSON schema of scene files, for editors that complete and check TOML."""
@@ -188,6 +212,7 @@ def input_errors():
         "solver.errors": "SceneError",
         "plugins.scene_file": "SceneFileError",
         "plugins.report": "RunFolderError",
+        "plugins.bench_projection": "BenchError",
     }
     return tuple(getattr(sys.modules[module], name) for module, name in names.items() if module in sys.modules)
 

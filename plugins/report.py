@@ -12,6 +12,7 @@ FIGURES = {
     "stroke": ("stroke", "mm", 1.0, 2),
     "increments": ("increments", "", 1, 0),
     "iterations": ("Newton iterations", "", 1, 0),
+    "nodes_skipped": ("nodes known to be far from a tool", "%", 100.0, 1),
     "thickness_min": ("smallest thickness", "mm", 1.0, 3),
     "thickness_max": ("largest thickness", "mm", 1.0, 3),
     "thinning_max": ("largest thinning", "%", 100.0, 1),

@@ -70,6 +70,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
                 if watch:
                     watch(progress(scene, k, step, results))
             begun = None
+            results.count_searches(tools)
         results.finished = True
     except StepFailed as failure:
         failure.results = results

@@ -58,6 +58,8 @@ class Results:
         of the whole part
     plan : Plan, what ran and what was skipped
     lifted : names of the tools driven by a force, whose lift tells of wrinkles
+    searches : {asked, projected}: distances from nodes to tools that contact wanted to know, in the stages run
+        to their end, and those of them not told by an earlier distance (contact/search.py)
     finished : False where the run stopped early
     """
 
@@ -67,12 +69,19 @@ class Results:
     frames: list = field(default_factory=list)
     energy: dict = field(default_factory=dict)
     seconds: dict = field(default_factory=dict)
+    searches: dict = field(default_factory=lambda: {"asked": 0, "projected": 0})
     finished: bool = False
 
     def record(self, **columns):
         """Append one increment to the history."""
         for name, value in columns.items():
             self.history.setdefault(name, []).append(value)
+
+    def count_searches(self, tools):
+        """Add what the searches of a stage's tools have counted. tools : ToolRuns"""
+        for tool in tools:
+            self.searches["asked"] += tool.neighbourhood.n_asked
+            self.searches["projected"] += tool.neighbourhood.n_projected
 
     def at(self, column, stroke):
         """History column interpolated at a stroke [mm]."""
@@ -107,11 +116,13 @@ class Results:
         last = {name: values[-1] for name, values in self.history.items() if values}
         forces = {f"max_{k}": float(np.max(np.abs(v))) for k, v in self.history.items() if k.startswith("force_")}
         iterations = self.history.get("iterations", [])
+        asked = self.searches["asked"]
         return {
             "finished": self.finished,
             **last,
             "increments": len(iterations),
             "iterations": int(np.sum(iterations)),
+            **({"nodes_skipped": 1.0 - self.searches["projected"] / asked} if asked else {}),
             **forces,
             "remarks": self.remarks(),
             **{f"energy_{k}": v for k, v in self.energy.items()},

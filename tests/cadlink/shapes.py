@@ -161,9 +161,9 @@ def extrusion_of_ellipse():
     return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire).Face(), gp_Vec(1.0, 2.0, 9.0)).Shape()
 
 
-def bumpy_surface(rational=False, crease=False):
+def bumpy_surface(rational=False, crease=False, seed=7):
     """Bicubic B-spline over about 20 x 20 mm; with a crease along u = 0.5 if asked."""
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng(seed)
     n = 7
     poles = TColgp_Array2OfPnt(1, n, 1, n)
     weights = TColStd_Array2OfReal(1, n, 1, n)
@@ -203,9 +203,9 @@ def offset_face(distance=0.3):
     return face_on(Geom_OffsetSurface(bumpy_surface(), distance))
 
 
-def bumpy_solid(rational=False):
+def bumpy_solid(rational=False, seed=7):
     """A B-spline face swept down: freeform top and bottom, extruded sides, trimmed by a hole."""
-    body = BRepPrimAPI_MakePrism(face_on(bumpy_surface(rational)), gp_Vec(0.0, 0.0, -6.0)).Shape()
+    body = BRepPrimAPI_MakePrism(face_on(bumpy_surface(rational, seed=seed)), gp_Vec(0.0, 0.0, -6.0)).Shape()
     drill = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(9.0, 11.0, -20.0), gp_Dir(0.1, 0.2, 1.0)), 3.0, 40.0)
     return solid_in(BRepAlgoAPI_Cut(body, drill.Solid()).Shape())
 

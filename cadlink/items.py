@@ -1,0 +1,170 @@
+"""The foot of a point on one item of a skin, with care: branches, several starts, exact trims.
+
+p       the point
+best    smallest distance so far, plus the slack of an edge or vertex
+a, b    parameters of a foot: u, v of a face, s, t of a patch, tau, angle or s of an edge
+"""
+
+from math import atan2, cos, floor, pi, sin, sqrt
+
+import numpy as np
+from numba import njit
+
+from cadlink.answer import INNER
+from cadlink.nurbs import arc_foot, dot, from_ramp, minus
+from cadlink.patch_foot import patch_foot
+from cadlink.primitives import foot_on_form
+from cadlink.records import CONE, TORUS
+from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE
+from cadlink.trim import inside
+
+END = 1e-9  # of an edge's length: feet this far past its end still count as on it
+
+
+@njit
+def try_face(face, pieces, ctrl, p, best, work):
+    """Nearest foot inside a closed-form face: distance (inf for none), u, v, foot."""
+    distance, u, v, foot = np.inf, 0.0, 0.0, p
+    branches = 2 if face.form == CONE or face.form == TORUS else 1
+    for branch in range(branches):
+        exists, a, b, q = foot_on_form(face, p, branch)
+        m = minus(p, q)
+        h = sqrt(dot(m, m))
+        if exists and h < min(best, distance) and inside(face, pieces, ctrl, a, b, work):
+            distance, u, v, foot = h, a, b, q
+    return distance, u, v, foot
+
+
+@njit
+def leaf_bound(leaf, p):
+    """Distance from a point to the aligned box of a leaf, and its height above the middle."""
+    frame, half = leaf.frame, leaf.half
+    x, y, z = p[0] - frame[0, 0], p[1] - frame[0, 1], p[2] - frame[0, 2]
+    a = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
+    b = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
+    c = x * frame[3, 0] + y * frame[3, 1] + z * frame[3, 2]
+    da = max(0.0, abs(a) - half[0])
+    db = max(0.0, abs(b) - half[1])
+    dc = max(0.0, abs(c) - half[2])
+    return sqrt(da * da + db * db + dc * dc), c
+
+
+@njit
+def starts_for(leaf, bound, height):
+    """How many Newton starts: where a leaf may bend round the point there may be several minima."""
+    if abs(height) <= leaf.half[2]:
+        bend = max(leaf.bend[0], leaf.bend[1])
+    else:
+        bend = leaf.bend[0] if height > 0.0 else leaf.bend[1]
+    return 1 if (bound + 2.0 * leaf.half[2]) * bend < 0.7 else 10
+
+
+@njit
+def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
+    """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
+    distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
+    bound, height = leaf_bound(leaf, p)
+    if bound >= best:
+        return distance, found_s, found_t, foot
+    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
+    for start in range(starts_for(leaf, bound, height)):
+        if start == 0:
+            a = s if s >= 0.0 else 0.5 * (s0 + s1)
+            b = t if s >= 0.0 else 0.5 * (t0 + t1)
+        else:
+            a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
+            b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
+        a, b, q, f, free, _ = patch_foot(patch, ctrl, power, p, a, b, work)
+        h = sqrt(f)
+        if not free or h >= min(best, distance):
+            continue
+        if not (leaf.whole and s0 <= a <= s1 and t0 <= b <= t1):
+            u = from_ramp(a, patch.uv[0], patch.uv[1], patch.ramp[0])
+            v = from_ramp(b, patch.uv[2], patch.uv[3], patch.ramp[1])
+            if not inside(face, pieces, ctrl, u, v, work):
+                continue
+        distance, found_s, found_t, foot = h, a, b, q
+    return distance, found_s, found_t, foot
+
+
+@njit
+def try_line(curve, p):
+    """Foot on a straight edge, its ends left to the vertices: distance, tau, foot."""
+    f = curve.frame
+    a, d = (f[0, 0], f[0, 1], f[0, 2]), (f[1, 0], f[1, 1], f[1, 2])
+    size = dot(d, d)
+    tau = dot(minus(p, a), d) / size if size > 0.0 else -1.0
+    if not (-END <= tau <= 1.0 + END):
+        return np.inf, 0.0, p
+    tau = min(1.0, max(0.0, tau))
+    q = (a[0] + tau * d[0], a[1] + tau * d[1], a[2] + tau * d[2])
+    m = minus(p, q)
+    return sqrt(dot(m, m)), tau, q
+
+
+@njit
+def try_circle(curve, p):
+    """Foot on a circular edge: distance, angle, foot."""
+    f = curve.frame
+    x, y = (f[1, 0], f[1, 1], f[1, 2]), (f[2, 0], f[2, 1], f[2, 2])
+    q = minus(p, (f[0, 0], f[0, 1], f[0, 2]))
+    t0, t1 = curve.span[0], curve.span[1]
+    room = END * (t1 - t0)
+    t = atan2(dot(q, y), dot(q, x))
+    t -= floor((t - t0 + room) / (2.0 * pi)) * 2.0 * pi
+    if t > t1 + room:
+        return np.inf, 0.0, p
+    t = min(t1, max(t0, t))
+    c, s = cos(t), sin(t)
+    foot = (
+        f[0, 0] + c * x[0] + s * y[0],
+        f[0, 1] + c * x[1] + s * y[1],
+        f[0, 2] + c * x[2] + s * y[2],
+    )
+    m = minus(p, foot)
+    return sqrt(dot(m, m)), t, foot
+
+
+@njit
+def try_arc(curve, ctrl, p, s, work):
+    """Foot on one piece of a curved edge: distance, parameter of the piece, foot."""
+    distance, found, foot = np.inf, 0.0, p
+    for start in range(3):
+        a = 0.5 if start == 0 else (0.1 if start == 1 else 0.9)
+        if start == 0 and s >= 0.0:
+            a = s
+        a, q, d1, _, f = arc_foot(ctrl, curve.ctrl, curve.degree, p, a, work)
+        h = sqrt(f)
+        # Beyond the end of the edge the vertex answers; between pieces the end is a point as good.
+        past = abs(dot(minus(q, p), d1)) > END * dot(d1, d1)
+        if past and ((a <= 0.0 and curve.ends_there[0]) or (a >= 1.0 and curve.ends_there[1])):
+            continue
+        if h < distance:
+            distance, found, foot = h, a, q
+    return distance, found, foot
+
+
+@njit(**INNER)
+def try_item(skin, item, p, best, a, b, work):
+    """Foot on any item: distance with its slack, two parameters, foot."""
+    kind, ref = skin.items[item].kind, skin.items[item].ref
+    if kind == ON_FACE:
+        return try_face(skin.faces[ref], skin.pieces, skin.ctrl, p, best, work)
+    if kind == ON_LEAF:
+        leaf = skin.leaves[ref]
+        patch = skin.patches[leaf.patch]
+        face = skin.faces[patch.face]
+        return try_leaf(leaf, patch, face, skin.pieces, skin.ctrl, skin.power, p, best, a, b, work)
+    if kind <= ON_ARC:
+        curve = skin.curves[ref]
+        if kind == ON_LINE:
+            h, a, foot = try_line(curve, p)
+        elif kind == ON_CIRCLE:
+            h, a, foot = try_circle(curve, p)
+        else:
+            h, a, foot = try_arc(curve, skin.ctrl, p, a, work)
+        return h + skin.edges[curve.edge].slack, a, 0.0, foot
+    vertex = skin.vertices[ref]
+    foot = (vertex.point[0], vertex.point[1], vertex.point[2])
+    m = minus(p, foot)
+    return sqrt(dot(m, m)) + vertex.slack, 0.0, 0.0, foot

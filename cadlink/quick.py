@@ -1,0 +1,321 @@
+"""The quick way to the nearest foot, and how far the point may move before another can be nearest.
+
+    best    distance of the nearest foot so far [mm]
+    bound   lower bound of the distance to an item [mm]
+    room    how far [mm] the point may move before an item can hold its nearest foot
+    reach   smallest room of all other items, at most SKIN: within it the next call looks at one item
+
+Only faces, leaves of patches, sharp edges and sharp vertices are asked (smooth.py says why). An
+item is out of the question
+    - where its bound exceeds best: distance is 1-Lipschitz, so for (bound - best)/2 of motion;
+    - where the foot on the untrimmed surface lies outside its trim: for the room to the trim (rim.py);
+    - a leaf whose normals make at most an angle c with its axis, where the point is farther beside
+      the leaf than best sin c: no normal of the leaf then reaches the point;
+    - a leaf that continues the one with the best foot, where distance times curvature is so small
+      that the distance along the surface has one minimum only.
+Whatever is in doubt (a foot in the band along a rim, near an axis or centre of curvature, a Newton
+step that fails) is left to the careful search of closest.py.
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+from cadlink.boxtree import box_distance
+from cadlink.form_foot import distance_to_form
+from cadlink.items import try_item
+from cadlink.nurbs import from_ramp
+from cadlink.power import CONVERGED, DOUBTFUL, FOUND, foot_in_box
+from cadlink.records import CYLINDER, PLANE, SPHERE, TORUS
+from cadlink.rim import (
+    IN,
+    ODD,
+    OUT,
+    RASTER,
+    UNSURE,
+    at_boundary,
+    box_room,
+    cell_of,
+    patch_room,
+    room_of_cells,
+    uv_of_form,
+)
+from cadlink.skin import ON_FACE, ON_LEAF
+
+SKIN = 0.1  # mm: reach at most; a larger one makes the search look at more items
+TURNED = 0.93  # cosine between leaves that continue each other
+WAITING = 256  # nodes and items that may wait; points in the middle of everything are left to the careful search
+HIT, MISS, DOUBT = 1, 0, -1
+PENDING = 8  # items that the nearest foot, once known, may excuse
+
+
+# --- one item ------------------------------------------------------------------------------------
+
+
+@njit
+def band_scale(face, rim, h, v):
+    """How much wider than at the foot the band may be at a distance h."""
+    form, size = face.form, face.size
+    if form == PLANE:
+        return 1.0
+    if form == CYLINDER or form == SPHERE:
+        least = size[0]
+    elif form == TORUS:
+        least = min(size[1], size[0] - size[1])
+    else:
+        least = size[0] + v * rim.slope[1]
+    return 1.0 + h / least
+
+
+# Functions that take arrays are inlined by numba itself (inline="always"): a call, even one that LLVM
+# inlines, counts references to each of them (5 ns).
+@njit(inline="always")
+def place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, h, work):
+    """IN, UNSURE or OUT of a foot on a closed form, and the room where it is out."""
+    room = box_room(face, rim, x, y, z, rho, v)
+    where = IN
+    if room < 0.0:
+        band = (rim.gap + rim.angle * h) * band_scale(face, rim, h, v)
+        where = OUT if -room > band else UNSURE
+        room = -room
+    elif rim.kind == RASTER:
+        s, t, per_s, per_t = uv_of_form(face, rim, x, y, z, rho, m, v)
+        cells = cell_of(face, rim, rasters, s, t)
+        if cells == 0:
+            band = rim.gap + rim.angle * h
+            where, room = at_boundary(face, pieces, ctrl, s, t, band / per_s, band / per_t, work), 0.0
+        elif cells < 0:
+            where, room = OUT, room_of_cells(face, cells, rasters.shape[1], rho, m)
+    return where, room
+
+
+@njit(inline="always")
+def quick_face(face, rim, rasters, pieces, ctrl, p, best, work):
+    """HIT, MISS or DOUBT; distance to the untrimmed surface, room."""
+    single, d, x, y, z, rho, m, v = distance_to_form(face, rim, p)
+    h, code, room = abs(d), MISS, 0.0
+    if not single or rim.kind == ODD:
+        code, h = DOUBT, 0.0
+    elif h < best + 2.0 * SKIN:
+        where, room = place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, h, work)
+        if where == IN:
+            code = HIT
+        elif where == UNSURE and h < best + 1e-9:
+            code, room = DOUBT, 0.0
+    return code, h, room
+
+
+@njit
+def place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s, t, derivatives, h, work):
+    """IN, UNSURE or OUT of a foot on a patch, and the room where it is out."""
+    uv = patch.uv
+    u = from_ramp(s, uv[0], uv[1], patch.ramp[0])
+    v = from_ramp(t, uv[2], uv[3], patch.ramp[1])
+    d_s, d_t = derivatives[1], derivatives[2]
+    # Half of the mean speed: conic arcs are not run through evenly.
+    per_u = 0.5 * sqrt(d_s[0] * d_s[0] + d_s[1] * d_s[1] + d_s[2] * d_s[2]) / (uv[1] - uv[0])
+    per_v = 0.5 * sqrt(d_t[0] * d_t[0] + d_t[1] * d_t[1] + d_t[2] * d_t[2]) / (uv[3] - uv[2])
+    band = rim.gap + rim.angle * h
+    return patch_room(face, rim, rasters, pieces, ctrl, u, v, per_u, per_v, band, work)
+
+
+@njit(forceinline=True)
+def surely_in(leaf, s, t):
+    """Whether a foot lies where no boundary passes."""
+    inner = leaf.inner
+    return inner[0] <= s <= inner[1] and inner[2] <= t <= inner[3]
+
+
+@njit
+def leaf_beside(leaf, p):
+    """Distance from a point to the box of a leaf, beside it, and the place in its axes."""
+    frame, half = leaf.frame, leaf.half
+    x, y, z = p[0] - frame[0, 0], p[1] - frame[0, 1], p[2] - frame[0, 2]
+    a = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
+    b = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
+    c = x * frame[3, 0] + y * frame[3, 1] + z * frame[3, 2]
+    da, db = max(0.0, abs(a) - half[0]), max(0.0, abs(b) - half[1])
+    dc = max(0.0, abs(c) - half[2])
+    beside = da * da + db * db
+    return sqrt(beside + dc * dc), sqrt(beside), a, b, c
+
+
+@njit
+def one_foot(leaf, reach, height):
+    """Whether a leaf has one foot at most for points that near: distance times curvature below 0.85."""
+    if abs(height) <= leaf.half[2]:
+        bend = max(leaf.bend[0], leaf.bend[1])
+    else:
+        bend = leaf.bend[0] if height > 0.0 else leaf.bend[1]
+    return reach * bend < 0.85
+
+
+@njit
+def continues(leaf, other, p, best, foot):
+    """Whether a leaf continues the other with the best foot, near enough that it has no other foot."""
+    if leaf.group != other.group:
+        return False
+    a, b = leaf.frame, other.frame
+    cosine = a[3, 0] * b[3, 0] + a[3, 1] * b[3, 1] + a[3, 2] * b[3, 2]
+    if cosine * leaf.sense * other.sense < TURNED:
+        return False
+    apart, _, _, _, _ = leaf_beside(leaf, foot)
+    _, _, _, _, height = leaf_beside(leaf, p)
+    return apart <= 0.7 * best + 1e-6 and one_foot(leaf, best + 2.0 * SKIN, height)
+
+
+@njit
+def quick_leaf(leaf, patch, other, known, power, p, best, foot, s, t, found, work):
+    """HIT where the foot may be on a leaf, MISS or DOUBT; bound or distance, room, s, t, excusable.
+
+    other : the leaf with the best foot where that is known
+    excusable : whether a MISS or DOUBT may be excused by a leaf with a nearer foot
+    """
+    bound, beside, x, y, z = leaf_beside(leaf, p)
+    if beside > best * leaf.cone:
+        return MISS, bound, (beside - best * leaf.cone) / (1.0 + leaf.cone), s, t, False
+    if known and continues(leaf, other, p, best, foot):
+        return MISS, bound, SKIN, s, t, False
+    if bound >= best:
+        return MISS, bound, 0.0, s, t, True
+    if not patch.steady or not one_foot(leaf, bound + leaf.half[2], z):
+        return DOUBT, bound, 0.0, s, t, True
+    rect, start = leaf.rect, leaf.start
+    if s < 0.0:
+        x, y = x - start[2], y - start[3]
+        s = min(rect[1], max(rect[0], start[0] + start[4] * x + start[5] * y))
+        t = min(rect[3], max(rect[2], start[1] + start[6] * x + start[7] * y))
+    # A little over the sides, so that a foot between two leaves is in one of them.
+    w_s, w_t = 0.05 * (rect[1] - rect[0]), 0.05 * (rect[3] - rect[2])
+    code, s, t, h = foot_in_box(
+        patch, power, p, s, t, max(0.0, rect[0] - w_s), min(1.0, rect[1] + w_s), max(0.0, rect[2] - w_t),
+        min(1.0, rect[3] + w_t), leaf.tiny[0], leaf.tiny[1], CONVERGED, found,
+    )  # fmt: skip
+    if code == DOUBTFUL or (code == FOUND and not one_foot(leaf, h, z)):
+        return DOUBT, bound, 0.0, s, t, True
+    if code != FOUND:
+        return MISS, bound, 0.2 * h, s, t, True
+    return HIT, h, 0.0, s, t, True
+
+
+# --- the search ----------------------------------------------------------------------------------
+
+
+@njit(inline="always")
+def push(entries, bounds, top, entry, bound):
+    """Into a list whose last entry has the smallest bound."""
+    k = top
+    while k > 0 and bounds[k - 1] < bound:
+        entries[k], bounds[k] = entries[k - 1], bounds[k - 1]
+        k -= 1
+    entries[k], bounds[k] = entry, bound
+    return top + 1
+
+
+@njit(inline="always")
+def quick_search(
+    skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
+    p, hint, hint_a, hint_b, entries, bounds, pending, found, work,
+):  # fmt: skip
+    """The nearest item and its reach: best first, down the tree of boxes.
+
+    items .. power : arrays of the skin, already taken out of it
+    hint : item to be tried first with its parameters, -1 for none
+    entries, bounds : nodes, and items numbered after them, that wait in order of their bounds
+    returns : item, two parameters, row of found with the derivatives of a patch, reach: -1 where the
+        careful search must decide
+    """
+    best, item, a, b, row, last = np.inf, -1, 0.0, 0.0, 0, -1
+    others, room, foot = np.inf, SKIN, p
+    n_nodes, n_pending, top, doubt = len(nodes), 0, 0, False
+    if root >= 0:
+        top = push(entries, bounds, top, root, 0.0)
+    if 0 <= hint < len(items) and not items[hint].smooth:
+        top = push(entries, bounds, top, n_nodes + hint, 0.0)
+    else:
+        hint = -1
+    while top > 0 and bounds[top - 1] < best + 2.0 * SKIN:
+        top -= 1
+        entry, bound = entries[top], bounds[top]
+        if top + 2 > WAITING:
+            doubt = True
+            break
+        if entry < n_nodes:
+            node = nodes[entry]
+            child = node.child
+            if child >= 0:
+                for k in range(child, child + 2):
+                    bound = box_distance(nodes[k], p)
+                    if bound < best + 2.0 * SKIN:
+                        top = push(entries, bounds, top, k, bound)
+                continue
+            for k in range(node.start, node.stop):
+                other = order[k]
+                if other == hint:
+                    continue
+                record = items[other]
+                bound = box_distance(record, p)
+                if record.kind == ON_LEAF and bound < best + 2.0 * SKIN:
+                    bound, _, _, _, _ = leaf_beside(leaves[record.ref], p)
+                if bound < best + 2.0 * SKIN:
+                    top = push(entries, bounds, top, n_nodes + other, bound)
+            continue
+        other = entry - n_nodes
+        a1, b1 = (hint_a, hint_b) if other == hint else (-1.0, -1.0)
+        kind, ref = items[other].kind, items[other].ref
+        excused = False
+        if kind == ON_FACE:
+            face, rim = faces[ref], rims[ref]
+            code, h, free = quick_face(face, rim, rasters, pieces, ctrl, p, best, work)
+            h = max(h, bound)
+        elif kind == ON_LEAF:
+            leaf = leaves[ref]
+            patch, mine = patches[leaf.patch], found[1 - row]
+            code, h, free, a1, b1, excused = quick_leaf(
+                leaf, patch, leaves[last], last >= 0, power, p, best, foot, a1, b1, mine, work
+            )
+            if code == HIT and not surely_in(leaf, a1, b1):
+                face, rim = faces[patch.face], rims[patch.face]
+                where, free = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, a1, b1, mine, h, work)
+                if where != IN:
+                    code = DOUBT if where == UNSURE and h < best + 1e-9 else MISS
+        else:
+            code, h, free = MISS, bound, 0.0
+            if h < best:
+                exact, a1, b1, _ = try_item(skin, other, p, best, a1, b1, work)
+                if exact < np.inf:
+                    code, h = HIT, exact
+        if code == HIT and h < best:
+            others = min(others, best)
+            best, item, a, b, last = h, other, a1, b1, -1
+            if kind == ON_LEAF:
+                row, last = 1 - row, ref
+                foot = (found[row, 0, 0], found[row, 0, 1], found[row, 0, 2])
+        elif code != DOUBT and (code == HIT or free <= 0.0 and not excused or 0.5 * (h - best) >= free):
+            others = min(others, h)
+        elif (code == DOUBT or excused or best == np.inf) and n_pending < PENDING:
+            pending[n_pending, 0], pending[n_pending, 1] = other, free
+            pending[n_pending, 2], pending[n_pending, 3] = h, code
+            n_pending += 1
+        elif code == DOUBT:
+            doubt = True
+        else:
+            room = min(room, free)
+    # Items that were in doubt, or looked at before the nearest foot was known.
+    for k in range(n_pending):
+        other, bound = int(pending[k, 0]), pending[k, 2]
+        free = max(pending[k, 1], 0.5 * (bound - best))
+        if free < room and items[other].kind == ON_LEAF:
+            leaf = leaves[items[other].ref]
+            _, beside, _, _, _ = leaf_beside(leaf, p)
+            free = max(free, (beside - best * leaf.cone) / (1.0 + leaf.cone))
+            if last >= 0 and continues(leaf, leaves[last], p, best, foot):
+                free = SKIN
+        if pending[k, 3] == DOUBT and free <= 1e-9:
+            doubt = True
+        room = min(room, free)
+    reach = max(0.0, min(room, 0.5 * (others - best)))
+    if doubt or item < 0:
+        reach = -1.0
+    return item, a, b, row, reach
