@@ -24,7 +24,7 @@ from .scene import Blank, Coulomb, Scene, Stage, Tool
 
 __all__ = [
     "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Frame", "Hill48", "Hill90",
-    "HockettSherby", "Implicit", "Increments", "Law", "Ludwik", "Material", "Newton", "PlanarHill", "PowerLawRate",
-    "Progress", "Results", "Scene", "SceneError", "Stage", "StepFailed", "Sum", "Swift", "Table", "Tool", "TwoSurface", "Vegter", "Voce",
-    "VonMises", "Yld2000", "YoshidaUemori", "form",
+    "HockettSherby", "Implicit", "Increments", "Law", "Ludwik", "Material", "Newton", "PlanarHill",
+    "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Stage", "StepFailed", "Sum", "Swift",
+    "Table", "Tool", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000", "YoshidaUemori", "form",
 ]  # fmt: skip

@@ -9,8 +9,8 @@ four points, each with the normal its test gives:
     equibiaxial   E = (fb, fb)     normal ((1 + rb) + (1 - rb) cos 2 phi, (1 + rb) - (1 - rb) cos 2 phi)
 
 Between two points A and C it is a quadratic Bezier curve (1 - u)^2 A + 2 u (1 - u) B + u^2 C, whose hinge B is where
-the two tangents meet. fs, fu, w, p1 and p2 follow cosine series in 2 phi through their values at equally spaced directions
-from 0 to 90 degrees. States with s1 + s2 < 0 are those of the opposite stress.
+the two tangents meet. fs, fu, w, p1 and p2 follow cosine series in 2 phi through their values at equally spaced
+directions from 0 to 90 degrees. States with s1 + s2 < 0 are those of the opposite stress.
 
 Symbols: psi = 2 phi; F(s1, s2, psi) equivalent stress, s = F X(u, psi); N normal to dX/du.
 """
