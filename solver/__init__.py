@@ -9,9 +9,12 @@ from .errors import SceneError, StepFailed
 from .form import form
 from .implicit.method import Implicit, Increments, Newton
 from .materials.chaboche import ArmstrongFrederick, Chaboche
+from .materials.forming_limit import KeelerBrazier, LimitCurve, fld_margin
 from .materials.hardening import HockettSherby, Ludwik, Sum, Swift, Table, Voce
 from .materials.hill90 import Hill90
 from .materials.law import Law
+from .materials.library import published_sheet
+from .materials.marciniak import marciniak_kuczynski
 from .materials.material import Material
 from .materials.quadratic import Hill48, PlanarHill, VonMises
 from .materials.rate import CowperSymonds, PowerLawRate
@@ -24,7 +27,8 @@ from .scene import Blank, Coulomb, Scene, Stage, Tool
 
 __all__ = [
     "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Frame", "Hill48", "Hill90",
-    "HockettSherby", "Implicit", "Increments", "Law", "Ludwik", "Material", "Newton", "PlanarHill",
-    "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Stage", "StepFailed", "Sum", "Swift",
-    "Table", "Tool", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000", "YoshidaUemori", "form",
+    "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Law", "LimitCurve", "Ludwik", "Material",
+    "Newton", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Stage", "StepFailed",
+    "Sum", "Swift", "Table", "Tool", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000", "YoshidaUemori",
+    "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
 ]  # fmt: skip

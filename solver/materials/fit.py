@@ -87,33 +87,28 @@ def fit_curve(kind, flow):
     first, last = float(s[0]), float(s.max())
     rise = max(last - first, 1e-3 * last)
     # Unknowns as logarithms, so that every try is a curve.
-    if kind == "swift":
-        starts = [(last * 1.5, 0.005, 0.2), (last * 1.3, 0.02, 0.1), (last * 2.0, 0.005, 0.4)]
+    starts = {
+        "swift": [(last * 1.5, 0.005, 0.2), (last * 1.3, 0.02, 0.1), (last * 2.0, 0.005, 0.4)],
+        "voce": [(first, rise, 10.0), (first, 1.5 * rise, 4.0), (first, rise, 30.0)],
+        "hockett_sherby": [(first, rise, 5.0, 0.8), (0.9 * first, 1.5 * rise, 3.0, 0.6), (first, rise, 15.0, 1.0)],
+    }[kind]
 
-        def make(x):
-            return Swift(float(np.exp(x[0])), float(np.exp(x[1])), float(min(np.exp(x[2]), 0.999)))
+    def make(x):
+        values = [float(value) for value in np.exp(x)]
+        if kind == "swift":
+            return Swift(values[0], values[1], min(values[2], 0.999))
+        if kind == "voce":
+            return Voce(*values)
+        return HockettSherby(values[0], values[0] + values[1], *values[2:])
 
-    elif kind == "voce":
-        starts = [(first, rise, 10.0), (first, 1.5 * rise, 4.0), (first, rise, 30.0)]
-
-        def make(x):
-            return Voce(*(float(np.exp(value)) for value in x))
-
-    else:
-        starts = [(first, rise, 5.0, 0.8), (0.9 * first, 1.5 * rise, 3.0, 0.6), (first, rise, 15.0, 1.0)]
-
-        def make(x):
-            s0, added, a, exponent = (float(np.exp(value)) for value in x)
-            return HockettSherby(s0, s0 + added, a, exponent)
-
-    best = None
-    for start in starts:
-        found = least_squares(
+    tries = [
+        least_squares(
             lambda x: make(x)(p) / s - 1.0, np.log(start), bounds=(-25.0, 12.0), xtol=1e-14, ftol=1e-14, gtol=1e-14,
             max_nfev=2000,
-        )  # fmt: skip
-        if best is None or found.cost < best.cost:
-            best = found
+        )
+        for start in starts
+    ]  # fmt: skip
+    best = min(tries, key=lambda found: found.cost)
     return Fit(make(best.x), float(np.sqrt(np.mean(best.fun**2))))
 
 

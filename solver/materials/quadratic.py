@@ -187,6 +187,10 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
         step = dg - f / (ds - slope)
         if not low < step < high:
             step = 0.5 * (low + high)
+        elif abs(f) <= 1e-8 * sy:  # converges quadratically: the next would find nothing left
+            sy += slope * (step - dg)
+            dg = step
+            break
         if step == dg:
             break
         dg = step
@@ -206,10 +210,11 @@ def update_quadratic(metric, hp_old, ep_old, k, table, rate, s, ds_dc, strain, h
     chunk = 64
     for block in prange((metric.shape[0] + chunk - 1) // chunk):
         first, second, c = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        h, t = np.empty(3), np.empty(3)
         for p in range(block * chunk, min((block + 1) * chunk, metric.shape[0])):
             y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
-            h = strain[p]
             log_strain_gradient(y1, y2, y3, h, first)
+            strain[p, 0], strain[p, 1], strain[p, 2] = h[0], h[1], h[2]
             # Return map, in modes.
             e1, e2, e3 = h[0] - hp_old[p, 0], h[1] - hp_old[p, 1], h[2] - hp_old[p, 2]
             x1, x2, x3 = k.v11 * e1 + k.v21 * e2, k.v12 * e1 + k.v22 * e2, k.v33 * e3
@@ -246,7 +251,8 @@ def update_quadratic(metric, hp_old, ep_old, k, table, rate, s, ds_dc, strain, h
                 c[1, 2] -= scale * m2 * m3
                 c[2, 2] -= scale * m3 * m3
                 c[1, 0], c[2, 0], c[2, 1] = c[0, 1], c[0, 2], c[1, 2]
-            log_strain_second(y1, y2, y3, stress[p], second)
+            t[0], t[1], t[2] = t1, t2, t3
+            log_strain_second(y1, y2, y3, t, second)
             for i in range(3):
                 a1 = c[0, 0] * first[0, i] + c[0, 1] * first[1, i] + c[0, 2] * first[2, i]
                 a2 = c[1, 0] * first[0, i] + c[1, 1] * first[1, i] + c[1, 2] * first[2, i]

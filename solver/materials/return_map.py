@@ -62,7 +62,7 @@ def new_scratch():
     )  # fmt: skip
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, _nrt=False)
 def invert(a, inverse):
     """Inverse of a 3 x 3 matrix."""
     c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
@@ -78,7 +78,7 @@ def invert(a, inverse):
     inverse[2, 2] = (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]) * d
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, _nrt=False)
 def linearise(k, dg, phi, young, nu):
     """Fills jacobian = dr/dx, its inverse and b = dr/ddg."""
     # dm/dx = (1 - m n^T)/phi
@@ -99,15 +99,16 @@ def linearise(k, dg, phi, young, nu):
     invert(k.jacobian, k.inverse)
 
 
-@njit
+# Without counting references to arrays, all of which outlive the call: that took 1.5 us of 2.6 us per Yld2000 point.
+@njit(_nrt=False)
 def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
     """Solve for x (in k.x) and dg from a guess. Returns whether it converged, dg and the slope of the size.
 
     On success k holds everything at the solution, linearised.
     """
     base, trial, length, dstep = dg, dg, 0.0, 0.0
-    k.guess[:] = k.x
-    k.step[:] = 0.0
+    for i in range(3):
+        k.step[i] = 0.0
     best = np.inf
     length_e = sqrt(e[0] ** 2 + e[1] ** 2 + e[2] ** 2)
     for _ in range(80):
@@ -142,7 +143,8 @@ def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
             if length < 1e-8:
                 return False, base, slope
             continue
-        k.x[:] = k.guess
+        for i in range(3):
+            k.x[i] = k.guess[i]
         base, best = trial, merit
         linearise(k, base, phi, young, nu)
         if done:
@@ -162,7 +164,7 @@ def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
     return False, base, 0.0
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, _nrt=False)
 def return_point(shape, hardening, rate, young, nu, ep, past, k):
     """Stress of one point whose trial strain is k.e. Returns dg (0: elastic, NaN: no solution), size slope.
 
@@ -186,7 +188,7 @@ def return_point(shape, hardening, rate, young, nu, ep, past, k):
     k.b[0] = c * (k.n[0] + nu * k.n[1])
     k.b[1] = c * (k.n[1] + nu * k.n[0])
     k.b[2] = 0.5 * young / (1.0 + nu) * k.n[2]
-    below = slope + phi * 0.0
+    below = slope
     for i in range(3):
         below += k.n[i] * (k.b[i] + k.alpha_g[i])
     dg = (phi - size) / below
@@ -195,12 +197,12 @@ def return_point(shape, hardening, rate, young, nu, ep, past, k):
     t0, t1, t2 = k.x[0] + k.alpha[0], k.x[1] + k.alpha[1], k.x[2] + k.alpha[2]
     k.start[0], k.start[1] = (t0 - nu * t1) / young, (t1 - nu * t0) / young
     k.start[2] = 2.0 * (1.0 + nu) * t2 / young
-    k.aim[:] = k.x
+    x0, x1, x2 = k.x[0], k.x[1], k.x[2]
     good, found, slope = newton(shape, hardening, rate, young, nu, k.e, ep, past, begun, dg, k)
     if good:
         return found, slope, begun
     # Approach the trial state in steps.
-    k.x[:] = k.aim
+    k.x[0], k.x[1], k.x[2] = x0, x1, x2
     dg, tau, width = 0.0, 0.0, 0.125
     while True:
         ahead = min(tau + width, 1.0)
@@ -220,7 +222,7 @@ def return_point(shape, hardening, rate, young, nu, ep, past, k):
                 return np.nan, slope, begun
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, _nrt=False)
 def stiffness_of(k, dg, slope, young, nu):
     """Fills k.stiffness = dT/dH at the solution."""
     c = young / (1.0 - nu * nu)
@@ -266,7 +268,10 @@ def update_points(
         dg, slope, begun = return_point(shape, hardening, rate, young, nu, ep_old[p], past[p], k)
         ep[p] = ep_old[p] + dg
         if dg == 0.0:
-            hp[p], now[p] = hp_old[p], past[p]
+            for i in range(3):
+                hp[p, i] = hp_old[p, i]
+            for i in range(past.shape[1]):
+                now[p, i] = past[p, i]
             t0, t1, t2 = c * (k.e[0] + nu * k.e[1]), c * (k.e[1] + nu * k.e[0]), shear * k.e[2]
         else:
             remember(hardening, shape, ep_old[p], past[p], begun, dg, k.m, k.n, k.hm, now[p], k.work)

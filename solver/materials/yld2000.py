@@ -18,8 +18,6 @@ from numba import njit
 from ..errors import SceneError
 from .dispatch import POINTS
 
-FIT_TOLERANCE = 1e-12
-
 
 @dataclass(frozen=True)
 class Yld2000:

@@ -15,6 +15,8 @@ def fit_alphas(stresses, ratios, a):
     """
     from scipy.optimize import least_squares
 
+    from .yld2000 import Yld2000
+
     names = ("s0", "s45", "s90", "sb", "r0", "r45", "r90", "rb")
     for name, value in zip(names, (*stresses, *ratios)):
         if not (np.isfinite(value) and value > 0.0):
@@ -25,21 +27,18 @@ def fit_alphas(stresses, ratios, a):
     r = np.asarray(ratios[:3])
 
     def misfit(alphas):
-        from .yld2000 import Yld2000
-
         phi, n, _ = gradients(Yld2000(tuple(alphas), a), tests)
         # Strain across the direction of tension, and r/(1+r) times the strain along it.
         across = n[:3, 0] * s * s + n[:3, 1] * c * c - n[:3, 2] * c * s
         along = n[:3, 0] * c * c + n[:3, 1] * s * s + n[:3, 2] * c * s
         return np.concatenate([phi - 1.0, across + r / (1.0 + r) * along, [n[3, 1] - ratios[3] * n[3, 0]]])
 
-    found = None
-    for start in (1.0, 0.9, 1.1):
-        found = least_squares(misfit, np.full(8, start), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=400)
-        if np.abs(found.fun).max() < 1e-9:
-            break
+    found = least_squares(misfit, np.ones(8), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=400)
+    for start in (0.9, 1.1):
+        if np.abs(found.fun).max() > 1e-9:
+            found = least_squares(misfit, np.full(8, start), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=400)
     if np.abs(found.fun).max() > 1e-9:
-        worst = names[int(np.argmax(np.abs(found.fun[[0, 1, 2, 3, 4, 5, 6, 7]])))]
+        worst = names[int(np.argmax(np.abs(found.fun)))]
         raise SceneError(f"Yld2000: no alphas meet these tests with a = {a:g}; {worst} is the farthest off")
     # Last digits by Newton.
     alphas = found.x

@@ -104,7 +104,8 @@ def grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m):
     # The share of the increment in which beta was outside. The distance is convex along it: a parabola with the
     # right ends and the right slope at the start, so that the share is continuous in every direction.
     if before == 0.0:
-        leaving[:] = gradient
+        for i in range(3):
+            leaving[i] = gradient[i]
     slope = slope_g = distance_g = 0.0
     for i in range(3):
         slope += leaving[i] * (beta[i] - past[BETA + i])
@@ -184,8 +185,8 @@ def follow_bound(data, shape, dg, a, a_g, a_m, m, theta, theta_g, theta_m, work)
 def harden_yu(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
     beta, beta_g, r_m = work[6, 0], work[6, 1], work[6, 2]
     r, r_g, spread, _ = grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m)
-    alpha[:] = past[THETA : THETA + 3]
-    alpha_g[:] = 0.0
+    for i in range(3):
+        alpha[i], alpha_g[i] = past[THETA + i], 0.0
     alpha_m[:] = 0.0
     follow_bound(data, shape, dg, data.B + r - data.Y, r_g, r_m, m, alpha, alpha_g, alpha_m, work)
     for i in range(3):
@@ -207,12 +208,12 @@ def remember_yu(data, shape, ep, past, begun, dg, m, n, h, now, work):
         now[Q + i] = past[Q + i] + shift
     now[RADIUS] = past[RADIUS] + data.h * moved
     now[R] = r
-    theta[:] = past[THETA : THETA + 3]
-    theta_g[:] = 0.0
     theta_m[:] = 0.0
-    r_m[:] = 0.0
+    for i in range(3):
+        theta[i], theta_g[i], r_m[i] = past[THETA + i], 0.0, 0.0
     follow_bound(data, shape, dg, data.B + r - data.Y, 0.0, r_m, m, theta, theta_g, theta_m, work)
-    now[THETA : THETA + 3] = theta
+    for i in range(3):
+        now[THETA + i] = theta[i]
 
 
 POINTS["backstress", YoshidaUemoriData] = yu_backstress
