@@ -10,6 +10,7 @@ from typing import Annotated
 from cyclopts import App, CycloptsError, Parameter
 
 from .kernel_cache import choose_kernel_cache
+from .materials_command import materials
 
 DONE, UNEXPECTED, WRONG_INPUT, STOPPED_EARLY, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -20,6 +21,8 @@ app = App(
     " With --debug, an unexpected error shows where it came from.",
     help_format="plaintext",
 )
+
+app.command(materials)
 
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print JSON instead of tables.")]
 

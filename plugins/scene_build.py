@@ -66,7 +66,7 @@ def build_blank(keys, parts):
     if thickness is None:
         raise BuildError(f"blank.thickness: missing, expected a length in mm: part {described.part!r} is no plate")
     with about("material"):
-        material = build_material(keys.material)
+        material = keys.material.build()
     if described.element == "membrane" and described.layers:
         raise BuildError(f"blank.layers: found {described.layers}, expected none: a membrane has no layers")
     with about("blank"):
@@ -92,13 +92,6 @@ def outline_of(shape):
         return Disc(shape.disc, center=shape.center)
     x, y = shape.center
     return Polygon([(x + px, y + py) for px, py in shape.polygon])
-
-
-def build_material(keys):
-    """solver.Material; Hill's r is the mean of the r-values."""
-    r = keys.locus.hill.mean
-    locus = solver.VonMises() if r == 1.0 else solver.PlanarHill(r)
-    return solver.Material(keys.young, keys.poisson, locus, keys.hardening.build(), name=keys.name)
 
 
 def build_stages(keys, surfaces):

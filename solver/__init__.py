@@ -8,14 +8,27 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 from .errors import SceneError, StepFailed
 from .form import form
 from .implicit.method import Implicit, Increments, Newton
+from .materials.chaboche import ArmstrongFrederick, Chaboche
+from .materials.forming_limit import KeelerBrazier, LimitCurve, fld_margin
 from .materials.hardening import HockettSherby, Ludwik, Sum, Swift, Table, Voce
+from .materials.hill90 import Hill90
+from .materials.law import Law
+from .materials.library import published_sheet
+from .materials.marciniak import marciniak_kuczynski
 from .materials.material import Material
-from .materials.planar_hill import PlanarHill, VonMises
+from .materials.quadratic import Hill48, PlanarHill, VonMises
+from .materials.rate import CowperSymonds, PowerLawRate
+from .materials.two_surface import TwoSurface
+from .materials.vegter import Vegter
+from .materials.yld2000 import Yld2000
+from .materials.yoshida_uemori import YoshidaUemori
 from .results import Frame, Progress, Results
 from .scene import Blank, Coulomb, Membrane, Scene, Shell, Stage, Tool
 
 __all__ = [
-    "Blank", "Coulomb", "Frame", "HockettSherby", "Implicit", "Increments", "Ludwik", "Material", "Membrane", "Newton",
-    "PlanarHill", "Progress", "Results", "Scene", "SceneError", "Shell", "Stage", "StepFailed", "Sum", "Swift", "Table",
-    "Tool", "Voce", "VonMises", "form",
+    "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Frame", "Hill48", "Hill90",
+    "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Law", "LimitCurve", "Ludwik", "Material",
+    "Membrane",     "Newton", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Shell", "Stage", "StepFailed",
+    "Sum", "Swift", "Table", "Tool", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000", "YoshidaUemori",
+    "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
 ]  # fmt: skip

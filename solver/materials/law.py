@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..state import Arrays
-from .logarithmic_strain import log_strain, log_strain_derivatives
+from .logarithmic_strain import log_strain_gradient, log_strain_second
 
 NO_TANGENT = np.empty((0, 3, 3))
 
@@ -86,21 +86,23 @@ class Law:
 def strains(metric, strain):
     """Fills strain (p, 3), logarithmic, from metric (p, 3)."""
     for p in prange(metric.shape[0]):
-        log_strain(0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2], strain[p])
+        y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
+        log_strain_gradient(y1, y2, y3, strain[p], np.empty((3, 3)))
 
 
 @njit(parallel=True, cache=True)
 def pull_back(metric, stress, stiffness, second_stress, tangent):
     """Fills S (p, 3) and, where it is not empty, dS/dE (p, 3, 3), from T (p, 3) and dT/dH (p, 3, 3) [MPa]."""
     for p in prange(metric.shape[0]):
-        first, second = np.empty((3, 3)), np.empty((3, 3))
+        first, second, strain = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
         y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
         t, c = stress[p], stiffness[p]
-        log_strain_derivatives(y1, y2, y3, t, first, second)
+        log_strain_gradient(y1, y2, y3, strain, first)
         for i in range(3):
             second_stress[p, i] = first[0, i] * t[0] + first[1, i] * t[1] + first[2, i] * t[2]
         if tangent.shape[0] == 0:
             continue
+        log_strain_second(y1, y2, y3, t, second)
         for i in range(3):
             for j in range(3):
                 total = second[i, j]

@@ -1,15 +1,20 @@
-"""A sheet material: elasticity, a yield locus and a hardening curve, freely combined."""
+"""A sheet material: elasticity, a yield locus and a hardening law, freely combined."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..errors import SceneError
 from .hardening import tabulate
+from .isotropic import CurveData
 from .law import NO_TANGENT, point_state
-from .planar_hill import PlanarHill, update
+from .quadratic import Quadratic, modes_of, update_quadratic
+from .rate import rate_data
+from .return_map import update_general
+from .yield_locus import LOCI, warn_unless_convex
 
 
 @dataclass(frozen=True)
@@ -18,36 +23,60 @@ class Material:
 
     young : Young's modulus [MPa]
     poisson : Poisson's ratio
-    locus : VonMises() or PlanarHill(r)
+    locus : VonMises(), PlanarHill(r), Hill48, Vegter, Yld2000 or Hill90, in rolling axes
     hardening : callable, equivalent plastic strain (n,) -> yield stress (n,) [MPa]; Swift, Voce, Ludwik,
-        HockettSherby, Table, Sum, or any function
+        HockettSherby, Table, Sum, or any function. Or Chaboche, ArmstrongFrederick, YoshidaUemori, TwoSurface,
+        which move the yield surface too
     name : heads reports
+    rate : CowperSymonds or PowerLawRate; counts where increments have a length in time
     """
 
     young: float
     poisson: float
-    locus: PlanarHill
-    hardening: Callable
+    locus: Any
+    hardening: Callable | Any
     name: str = "sheet"
+    rate: Any = None
 
     def __post_init__(self):
         if not (np.isfinite(self.young) and self.young > 0.0):
             raise SceneError(f"material Young's modulus: found {self.young!r}, expected MPa above 0")
         if not 0.0 <= self.poisson < 0.5:
             raise SceneError(f"material Poisson's ratio: found {self.poisson!r}, expected 0 up to 0.5")
-        if not callable(self.hardening):
+        if not isinstance(self.locus, LOCI):
+            raise SceneError(f"material locus: found {self.locus!r}, expected a yield locus such as VonMises()")
+        if not (callable(self.hardening) or hasattr(self.hardening, "data")):
             raise SceneError(f"material hardening: found {self.hardening!r}, expected a curve such as Swift")
+        if self.rate is not None and not hasattr(self.rate, "data"):
+            raise SceneError(f"material rate: found {self.rate!r}, expected a factor such as CowperSymonds")
 
-    n_history = 0
+    @property
+    def moves(self):
+        """Whether the yield surface moves: kinematic or mixed hardening."""
+        return hasattr(self.hardening, "data")
+
+    @property
+    def n_history(self):
+        """Columns of the history beside plastic and equivalent strain."""
+        return self.hardening.n_history if self.moves else 0
 
     @cached_property
-    def table(self):
-        """Hardening curve as the kernels take it."""
-        return tabulate(self.hardening)
+    def law(self):
+        """Hardening as the kernels take it."""
+        return self.hardening.data() if self.moves else CurveData(tabulate(self.hardening))
+
+    @cached_property
+    def shape(self):
+        """Yield locus as the kernels take it: modes where one scalar equation is enough."""
+        if isinstance(self.locus, Quadratic) and not self.moves:
+            return modes_of(self.locus.matrix, self.young, self.poisson)
+        return self.locus.data()
 
     def prepare(self):
-        """Make what the kernels need. Raises SceneError where the hardening curve is not one."""
-        _ = self.table
+        """Make what the kernels need. Raises SceneError where the hardening curve is not one; warns where the locus is
+        not convex."""
+        _ = self.law, self.shape
+        warn_unless_convex(self.locus)
 
     def new_state(self, n_points):
         """PointState of undeformed points."""
@@ -61,20 +90,31 @@ class Material:
         tangent : whether new.tangent = dS/dE is wanted
         dt : length of the increment [s]; None in quasi-static forming
         """
-        update(
-            metric, old.plastic, old.equivalent, float(self.young), float(self.poisson), float(self.locus.r),
-            self.table, new.second_stress, new.tangent if tangent else NO_TANGENT, new.strain, new.plastic,
-            new.equivalent, new.stress, new.thickness_strain,
-        )  # fmt: skip
+        rate = rate_data(self.rate, dt)
+        wanted = new.tangent if tangent else NO_TANGENT
+        if isinstance(self.locus, Quadratic) and not self.moves:
+            update_quadratic(
+                metric, old.plastic, old.equivalent, self.shape, self.law.table, rate, new.second_stress, wanted,
+                new.strain, new.plastic, new.equivalent, new.stress, new.thickness_strain,
+            )  # fmt: skip
+        else:
+            update_general(
+                metric, old.plastic, old.equivalent, old.history, self.shape, self.law, rate, float(self.young),
+                float(self.poisson), new.second_stress, wanted, new.strain, new.plastic, new.equivalent, new.history,
+                new.stress, new.thickness_strain,
+            )  # fmt: skip
 
     def describe(self):
         """One line for the plan."""
-        return f"{self.name}: {_name(self.locus)} with {_name(self.hardening)}, plane stress"
+        rate = f" and {_name(self.rate)}" if self.rate is not None else ""
+        return f"{self.name}: {_name(self.locus)} with {_name(self.hardening)}{rate}, plane stress"
 
     @property
     def initial_yield_stress(self):
         """MPa."""
-        return float(np.asarray(self.hardening(np.zeros(1))).ravel()[0])
+        if self.moves:
+            return self.hardening.initial_yield_stress
+        return float(np.ravel(self.hardening(np.zeros(1)))[0])
 
 
 def _name(thing):

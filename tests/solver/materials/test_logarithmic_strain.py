@@ -3,17 +3,18 @@ import pytest
 from numba import njit
 from scipy.linalg import logm
 
-from solver.materials.logarithmic_strain import log_strain, log_strain_derivatives
+from solver.materials.logarithmic_strain import log_strain_gradient, log_strain_second
 
 
 @njit
 def strain(y, h):
-    log_strain(y[0], y[1], y[2], h)
+    log_strain_gradient(y[0], y[1], y[2], h, np.empty((3, 3)))
 
 
 @njit
 def derivatives(y, t, first, second):
-    log_strain_derivatives(y[0], y[1], y[2], t, first, second)
+    log_strain_gradient(y[0], y[1], y[2], np.empty(3), first)
+    log_strain_second(y[0], y[1], y[2], t, second)
 
 
 def evaluate(y):
@@ -61,6 +62,13 @@ def test_derivatives_match_finite_differences(y):
     assert second == pytest.approx(second.T)
 
 
-def test_both_branches_of_phi_agree_where_they_meet():
-    below, above = evaluate((0.0, 0.0, np.sqrt(0.1) - 1e-12)), evaluate((0.0, 0.0, np.sqrt(0.1) + 1e-12))
-    assert below == pytest.approx(above, rel=1e-11)
+@pytest.mark.parametrize("v", [0.01, 0.1])
+def test_the_branches_of_phi_agree_where_they_meet(v):
+    t = np.array([130.0, -70.0, 45.0])
+    sides = []
+    for shear in (np.sqrt(v) - 1e-12, np.sqrt(v) + 1e-12):
+        first, second = np.empty((3, 3)), np.empty((3, 3))
+        derivatives((0.0, 0.0, shear), t, first, second)
+        sides.append((evaluate((0.0, 0.0, shear)), first, second))
+    for below, above in zip(*sides):
+        assert below == pytest.approx(above, rel=1e-11, abs=1e-9)

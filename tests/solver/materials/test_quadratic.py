@@ -3,23 +3,23 @@
 import numpy as np
 import pytest
 
-from solver import PlanarHill, SceneError, Swift
-from solver.materials.hardening import tabulate
-from solver.materials.planar_hill import update
+from solver import Hill48, Material, PlanarHill, SceneError, Swift, VonMises
+from tests.solver.materials.paths import reference
 
 E, NU = 206000.0, 0.3
 CURVE = Swift(565.32, 0.007117, 0.2589)
-TABLE = tabulate(CURVE)
 
 
-def respond(metric, r=1.77, plastic=None, equivalent=None, table=TABLE):
+def respond(metric, r=1.77, plastic=None, equivalent=None):
     metric = np.atleast_2d(metric).astype(float)
-    m = len(metric)
-    s, ds, h, hp, ep, t, h33 = (np.empty((m, *shape)) for shape in [(3,), (3, 3), (3,), (3,), (), (3,), ()])
-    plastic = np.zeros((m, 3)) if plastic is None else plastic
-    equivalent = np.zeros(m) if equivalent is None else equivalent
-    update(metric, plastic, equivalent, E, NU, r, table, s, ds, h, hp, ep, t, h33)
-    return s, ds, h, hp, ep, t, h33
+    material = Material(E, NU, PlanarHill(r), CURVE)
+    old, new = material.new_state(len(metric)), material.new_state(len(metric))
+    old.plastic[:] = 0.0 if plastic is None else plastic
+    old.equivalent[:] = 0.0 if equivalent is None else equivalent
+    material.update(metric, old, new)
+    return (
+        new.second_stress, new.tangent, new.strain, new.plastic, new.equivalent, new.stress, new.thickness_strain,
+    )  # fmt: skip
 
 
 def equivalent_stress(t, r):
@@ -136,3 +136,48 @@ def test_published_proportional_paths(path):
 def test_r_below_minus_one_half_is_refused():
     with pytest.raises(SceneError, match="above -0.5"):
         PlanarHill(-0.6)
+
+
+def hill48_rows():
+    """benchmarks.md L: r0, r45, r90, F, G, H, N of each material."""
+    lines = reference("hill48_points.csv").read_text().splitlines()[1:]
+    return [[float(value) for value in line.rsplit(",", 22)[1:]] for line in lines]
+
+
+def test_hill48_matrix_is_that_of_the_reference():
+    for r0, r45, r90, f, g, h, n, *_ in hill48_rows():
+        expected = [[g + h, -h, 0.0], [-h, f + h, 0.0], [0.0, 0.0, 2 * n]]
+        assert Hill48(r0, r45, r90).matrix == pytest.approx(np.array(expected), abs=2e-6)
+
+
+def test_hill48_with_one_r_value_is_planar_hill():
+    assert Hill48(1.77, 1.77, 1.77).matrix == pytest.approx(PlanarHill(1.77).matrix, rel=1e-14)
+    assert VonMises().matrix == pytest.approx(np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]]))
+
+
+def test_strain_of_a_small_increment_flows_along_the_normal_of_hill48():
+    # Tension at 45 degrees of a sheet with r45 = 1.51: width strain over thickness strain.
+    locus = Hill48(1.79, 1.51, 2.27)
+    material = Material(E, NU, locus, CURVE)
+    s45 = 1.114885  # benchmarks.md L
+    stress = 0.5 * s45 * CURVE(0.1) * np.array([1.0, 1.0, 1.0])
+    flow = locus.matrix @ stress / CURVE(0.1)
+    elastic = np.array([stress[0] - NU * stress[1], stress[1] - NU * stress[0], 2 * (1 + NU) * stress[2]]) / E
+    h = elastic + 0.1 * flow
+    mean, half, radius = 0.5 * (h[0] + h[1]), 0.5 * (h[0] - h[1]), np.hypot(0.5 * (h[0] - h[1]), 0.5 * h[2])
+    ratio = np.sinh(2 * radius) / radius
+    metric = np.exp(2 * mean) * np.array([np.cosh(2 * radius) + ratio * half, np.cosh(2 * radius) - ratio * half, 0.0])
+    metric[2] = np.exp(2 * mean) * ratio * 0.5 * h[2]
+    new = material.new_state(1)
+    material.update(metric[None], material.new_state(1), new)
+    assert new.equivalent[0] == pytest.approx(0.1, rel=1e-5)
+    assert new.stress[0] == pytest.approx(stress, rel=1e-5)
+    plastic = new.plastic[0]
+    along, across = 0.5 * (plastic[0] + plastic[1] + plastic[2]), 0.5 * (plastic[0] + plastic[1] - plastic[2])
+    assert across / -(along + across) == pytest.approx(1.51, rel=1e-8)
+
+
+@pytest.mark.parametrize("values", [(0.0, 1.0, 1.0), (1.0, -0.5, 1.0), (1.0, 1.0, float("nan"))])
+def test_impossible_r_values_are_refused(values):
+    with pytest.raises(SceneError, match="Hill48 r"):
+        Hill48(*values)

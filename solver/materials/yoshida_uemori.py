@@ -1,0 +1,222 @@
+"""Yoshida-Uemori two-surface hardening (IJP 18 (2002) 661-686) for any locus.
+
+Symbols: p equivalent plastic strain; m = (T - alpha)/Y, phi(m) = 1; alpha = theta + beta; a = B + R - Y.
+
+    yield surface    phi(T - alpha) = Y, of constant size
+    bounding surface of size B + R around beta, d beta = k (b m - beta) dp
+    theta            d theta = C (a m - sqrt(a/phi(theta)) theta) dp
+    R                dR = k (R_sat - R) dp, only while beta moves the surface of stagnation phi(beta - q) = r
+    stagnation       dr = h d phi(beta - q), dq = (1 - h) d phi(beta - q) along beta - q
+
+(k is the paper's m.) Over an increment m stays at its end value: beta follows in closed form, theta by a two-stage
+L-stable Runge-Kutta method (SDIRK2) in `N_STEPS` sub-steps, each stage of which is a quadratic equation for
+sqrt(phi(theta)). Every derivative is that of these formulas.
+"""
+
+from dataclasses import dataclass, fields
+from math import exp, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..errors import SceneError
+from .dispatch import POINTS, locus
+from .isotropic import begin_nothing
+
+N_STEPS = 2
+GAMMA = 1.0 - sqrt(0.5)
+# Columns of the history.
+THETA, BETA, Q, RADIUS, R = 0, 3, 6, 9, 10
+
+
+@dataclass(frozen=True)
+class YoshidaUemori:
+    """Y, B, R_sat, b [MPa]; C, m rates of the two backstresses; h share of the stagnation surface that grows."""
+
+    Y: float
+    B: float
+    C: float
+    R_sat: float
+    m: float
+    b: float
+    h: float
+
+    n_history = 11
+
+    def __post_init__(self):
+        for item in fields(self):
+            value = getattr(self, item.name)
+            lowest = "above 0" if item.name in ("Y", "B", "C") else "of 0 or more"
+            if not np.isfinite(value) or value < 0.0 or (lowest == "above 0" and value == 0.0):
+                raise SceneError(f"Yoshida-Uemori {item.name}: found {value!r}, expected a number {lowest}")
+        if self.B <= self.Y:
+            raise SceneError(f"Yoshida-Uemori B: found {self.B!r}, expected MPa above Y = {self.Y!r}")
+        if self.h > 1.0:
+            raise SceneError(f"Yoshida-Uemori h: found {self.h!r}, expected 0 up to 1")
+
+    @property
+    def initial_yield_stress(self):
+        """MPa."""
+        return float(self.Y)
+
+    def data(self):
+        """Numbers for the kernels."""
+        return YoshidaUemoriData(*(float(getattr(self, item.name)) for item in fields(self)))
+
+
+class YoshidaUemoriData(NamedTuple):
+    Y: float
+    B: float
+    C: float
+    R_sat: float
+    m: float
+    b: float
+    h: float
+
+
+@njit(forceinline=True)
+def yu_backstress(data, past, alpha):
+    for i in range(3):
+        alpha[i] = past[THETA + i] + past[BETA + i]
+
+
+@njit(forceinline=True)
+def grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m):
+    """Bounding surface after dg: fills beta, its derivative beta_g and r_m = dR/dm, all (3,).
+
+    Returns R, dR/ddg, d beta/dm (a multiple of 1) and the distance phi(beta - q).
+    """
+    left = exp(-data.m * dg)
+    added = data.b * (1.0 - left)
+    away, gradient, leaving = work[0, 1], work[0, 0], work[0, 2]
+    for i in range(3):
+        away[i] = past[BETA + i] - past[Q + i]
+    before = min(locus(shape, away, leaving, work[1]), past[RADIUS])
+    for i in range(3):
+        beta[i] = past[BETA + i] * left + added * m[i]
+        beta_g[i] = data.m * (data.b * m[i] - past[BETA + i]) * left
+        away[i] = beta[i] - past[Q + i]
+        r_m[i] = 0.0
+    distance = locus(shape, away, gradient, work[1])
+    if distance <= past[RADIUS]:
+        return past[R], 0.0, added, distance
+    # The share of the increment in which beta was outside. The distance is convex along it: a parabola with the
+    # right ends and the right slope at the start, so that the share is continuous in every direction.
+    if before == 0.0:
+        for i in range(3):
+            leaving[i] = gradient[i]
+    slope = slope_g = distance_g = 0.0
+    for i in range(3):
+        slope += leaving[i] * (beta[i] - past[BETA + i])
+        slope_g += leaving[i] * beta_g[i]
+        distance_g += gradient[i] * beta_g[i]
+    bend, inside = max(distance - before - slope, 0.0), past[RADIUS] - before
+    width = sqrt(slope * slope + 4.0 * bend * inside)
+    exit = 0.0
+    if slope > 0.0:
+        exit = 2.0 * inside / (slope + width)
+    elif bend > 0.0:
+        exit = (width - slope) / (2.0 * bend)
+    exit = min(exit, 1.0)
+    exit_slope, exit_distance = 0.0, 0.0
+    if width > 1e-30 * data.b:
+        exit_slope, exit_distance = exit * (exit - 1.0) / width, -exit * exit / width
+    rest = (data.R_sat - past[R]) * exp(-data.m * (1.0 - exit) * dg)
+    for i in range(3):
+        r_m[i] = -rest * data.m * dg * added * (exit_slope * leaving[i] + exit_distance * gradient[i])
+    r_g = rest * data.m * (1.0 - exit - dg * (exit_slope * slope_g + exit_distance * distance_g))
+    return data.R_sat - rest, r_g, added, distance
+
+
+@njit
+def follow_bound(data, shape, dg, a, a_g, a_m, m, theta, theta_g, theta_m, work):
+    """Carry theta (3,) over dg, with its derivatives with respect to dg and m; a(dg, m) is that of the end."""
+    w, w_g, w_m, gradient = work[2, 0], work[2, 1], work[3], work[2, 2]
+    before, before_g, before_m = work[4, 0], work[4, 1], work[5]
+    g_g = GAMMA * data.C / N_STEPS
+    g = g_g * dg
+    root_a = sqrt(a)
+    for stage in range(2 * N_STEPS):
+        second = stage % 2 == 1
+        ahead = (1.0 - GAMMA) / GAMMA
+        for i in range(3):
+            if second:  # from the sub-step's start, with the first stage's slope
+                w[i] = before[i] + ahead * (theta[i] - before[i])
+                w_g[i] = before_g[i] + ahead * (theta_g[i] - before_g[i])
+            else:
+                before[i], before_g[i] = theta[i], theta_g[i]
+                w[i], w_g[i] = theta[i], theta_g[i]
+            w[i] += g * a * m[i]
+            w_g[i] += (g_g * a + g * a_g) * m[i]
+            for j in range(3):
+                if second:
+                    w_m[i, j] = before_m[i, j] + ahead * (theta_m[i, j] - before_m[i, j])
+                else:
+                    before_m[i, j] = theta_m[i, j]
+                    w_m[i, j] = theta_m[i, j]
+                w_m[i, j] += g * m[i] * a_m[j]
+            w_m[i, i] += g * a
+        # theta (1 + g sqrt(a/phi(theta))) = w: y = sqrt(phi(theta)) solves y^2 + g sqrt(a) y = phi(w).
+        size = locus(shape, w, gradient, work[1])
+        if size <= 1e-14 * a:
+            theta[:] = 0.0
+            theta_g[:] = 0.0
+            theta_m[:] = 0.0
+            continue
+        s = sqrt(g * g * a + 4.0 * size)
+        y = 2.0 * size / (s + g * root_a)
+        kept = y * y / size
+        y_g, y_a = 0.5 * (g * a / s - root_a), 0.25 * (g * g / s - g / root_a)
+        kept_size = 2.0 * y / (s * size) - kept / size
+        kept_g, kept_a = 2.0 * y * y_g / size, 2.0 * y * y_a / size
+        slope = kept_size * (gradient[0] * w_g[0] + gradient[1] * w_g[1] + gradient[2] * w_g[2])
+        slope += kept_g * g_g + kept_a * a_g
+        for i in range(3):
+            theta[i], theta_g[i] = kept * w[i], kept * w_g[i] + w[i] * slope
+        for j in range(3):
+            slope = kept_size * (gradient[0] * w_m[0, j] + gradient[1] * w_m[1, j] + gradient[2] * w_m[2, j])
+            slope += kept_a * a_m[j]
+            for i in range(3):
+                theta_m[i, j] = kept * w_m[i, j] + w[i] * slope
+
+
+@njit(forceinline=True)
+def harden_yu(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
+    beta, beta_g, r_m = work[6, 0], work[6, 1], work[6, 2]
+    r, r_g, spread, _ = grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m)
+    for i in range(3):
+        alpha[i], alpha_g[i] = past[THETA + i], 0.0
+    alpha_m[:] = 0.0
+    follow_bound(data, shape, dg, data.B + r - data.Y, r_g, r_m, m, alpha, alpha_g, alpha_m, work)
+    for i in range(3):
+        alpha[i] += beta[i]
+        alpha_g[i] += beta_g[i]
+        alpha_m[i, i] += spread
+    return data.Y, 0.0
+
+
+@njit(forceinline=True)
+def remember_yu(data, shape, ep, past, begun, dg, m, n, h, now, work):
+    beta, beta_g, r_m = work[6, 0], work[6, 1], work[6, 2]
+    theta, theta_g, theta_m = work[4, 2], work[0, 2], work[7]
+    r, _, _, distance = grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m)
+    moved = max(distance - past[RADIUS], 0.0)
+    for i in range(3):
+        now[BETA + i] = beta[i]
+        shift = (1.0 - data.h) * moved / distance * (beta[i] - past[Q + i]) if moved > 0.0 else 0.0
+        now[Q + i] = past[Q + i] + shift
+    now[RADIUS] = past[RADIUS] + data.h * moved
+    now[R] = r
+    theta_m[:] = 0.0
+    for i in range(3):
+        theta[i], theta_g[i], r_m[i] = past[THETA + i], 0.0, 0.0
+    follow_bound(data, shape, dg, data.B + r - data.Y, 0.0, r_m, m, theta, theta_g, theta_m, work)
+    for i in range(3):
+        now[THETA + i] = theta[i]
+
+
+POINTS["backstress", YoshidaUemoriData] = yu_backstress
+POINTS["begin", YoshidaUemoriData] = begin_nothing
+POINTS["harden", YoshidaUemoriData] = harden_yu
+POINTS["remember", YoshidaUemoriData] = remember_yu
