@@ -1,7 +1,7 @@
 """Who is near among many facets: a complete binary tree of boxes, stored as a heap.
 
-Node k has children 2k + 1 and 2k + 2; the leaves are its last half and hold LEAF items each. Every level is split at the
-median of the longest side of each of its nodes, all nodes of a level at once, so that a tree over 10^5 facets is
+Node k has children 2k + 1 and 2k + 2; the leaves are its last half and hold LEAF items each. Every level is split at
+the median of the longest side of each of its nodes, all nodes of a level at once, so that a tree over 10^5 facets is
 built in a fraction of a second.
 """
 

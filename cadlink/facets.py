@@ -39,8 +39,9 @@ class FacetSurface:
     crease : degrees; neighbours that meet at a larger angle do not share normals at their nodes. By default 40 for
         "nagata"; none for "nodal", where Eq. 14 averages over all elements at a node
     flip : the material is on the other side
-    corner_normals : (m, k, 3) unit normals of the cells at their corners, where they are known (Part.facets knows
-        them), in place of averages
+    corner_normals : (m, k, 3) unit normals of the cells at their corners, where they are known (`Part.facets` knows
+        them), in place of averages; neighbours that disagree by more than a degree then meet at a crease
+    labels : (m,) what `Projection.face` tells of each cell, by default its number
 
     Points that coincide become one; facets are turned to agree with their neighbours, closed pieces outwards, open ones
     the way most of their area is given. A quadrilateral that is not flat is the two triangles on either side of its
@@ -49,7 +50,7 @@ class FacetSurface:
     raises : CadError, one line, for input that is no surface
     """
 
-    def __init__(self, points, cells, normals="nodal", *, crease=None, flip=False, corner_normals=None):
+    def __init__(self, points, cells, normals="nodal", *, crease=None, flip=False, corner_normals=None, labels=None):
         if normals not in KINDS:
             raise CadError(f"facets: normals {normals!r}, expected one of {', '.join(KINDS)}")
         if crease is not None and not 0.0 < crease <= 180.0:
@@ -71,7 +72,10 @@ class FacetSurface:
         self.turned = np.zeros(n_cells, bool)
         self.turned[kept] = turned
         self.dropped = n_cells - len(kept)
-        self.skin = build_facet_skin(points, corners, kept, self.kind, crease, known)
+        labels = np.arange(n_cells) if labels is None else np.asarray(labels)
+        if labels.shape != (n_cells,):
+            raise CadError(f"facets: labels of shape {labels.shape}, expected ({n_cells},)")
+        self.skin = build_facet_skin(points, corners, labels[kept], self.kind, crease, known)
         self.tie = TIE * float(np.ptp(points, axis=0).max())
         self.closed = bool((edges_of(corners).count == 2).all())
 
@@ -105,7 +109,8 @@ class FacetSurface:
         returns : Projection. `distance` is that to the facets (of Nagata patches: to the patches), signed, whatever
             the normals are. `normal` and `curvature` are the facet's own and 0 ("element"), interpolated with the bend
             of that field ("nodal"), or the patch's ("nagata"). On rims and creases, which no facet continues, they are
-            those of a sharp edge. `face` is the number of the cell
+            those of a sharp edge. `face` is the cell's number, or its
+            label
         """
         points = np.ascontiguousarray(points, float)
         if points.ndim != 2 or points.shape[1] != 3:
@@ -169,7 +174,7 @@ def build_facet_skin(points, corners, label, kind, crease, known):
     if known is not None:
         # They leave the material as the elements do.
         nodal = known * np.where(np.einsum("mkc,mc->mk", known, own) < 0.0, -1.0, 1.0)[..., None]
-        sharp = edges.count != 2 if crease is None else sharp
+        sharp = (edges.count != 2) | disagreeing(corners, nodal, edges)
     straight = np.zeros((m, 4, 3))
     field = np.zeros((m, 8, 3))
     if kind == NODAL:
@@ -225,6 +230,17 @@ def build_facet_skin(points, corners, label, kind, crease, known):
         *bulge_and_bend(points[corners], triangle, curves),
         np.asarray(label, np.int64),
     )
+
+
+def disagreeing(corners, normals, edges):
+    """(e,) whether the corner normals on both sides of an edge differ by more than a degree at either end."""
+    n_sides = np.where(corners[:, 3] < 0, 3, 4)
+    f, g = edges.owner.T
+    i, j = edges.slot.T
+    i1, j1 = (i + 1) % n_sides[f], (j + 1) % n_sides[g]
+    first = np.einsum("ec,ec->e", normals[f, i], normals[g, j1])
+    last = np.einsum("ec,ec->e", normals[f, i1], normals[g, j])
+    return np.minimum(first, last) < np.cos(np.radians(1.0))
 
 
 def neighbours(edges):

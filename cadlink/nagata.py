@@ -13,7 +13,9 @@ the surface of lowest degree through its sides: on a triangle a quadratic, on a 
 import numpy as np
 
 LARGEST = 1.0  # |c| over |d|: more (a turn of a right angle along the side) is no shape, and the side stays straight
-CUTOFF = 1e-9  # of the largest singular value: smaller ones do not count
+# Of the largest singular value: smaller ones do not count. They are differences of nearly equal normals; what they would
+# say of c is its part along the side, which moves points within the patch and not the patch.
+CUTOFF = 0.02
 
 
 def side_curves(points, corners, normals, edges):

@@ -5,10 +5,6 @@ CadError, and this process never loads it.
 """
 
 import os
-import pickle
-import subprocess
-import sys
-import tempfile
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -16,10 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cadlink.child import in_child, run_module
 from cadlink.errors import CadError, UnknownPart
 
 TIMEOUT = 300.0  # s
 READER = "cadlink.brep"
+TESSELLATOR = "cadlink.tessellation"
 
 
 class Plane(NamedTuple):
@@ -82,6 +80,38 @@ class Part:
     def triangles(self):
         """points (n, 3) [mm] and cells (m, 3) for pictures; normals leave the material."""
         return self.record["points"], self.record["cells"]
+
+    def facets(self, chord, *, angle=30.0, normals="nodal", faces=None, crease=40.0, exact_normals=True, flip=False):
+        """FacetSurface of this part's triangles, to compare with the exact surface.
+
+        chord : mm, largest distance of a triangle from its face
+        angle : degrees, largest angle between neighbouring triangles of one face
+        normals, crease : as for FacetSurface; Nagata patches take the exact normals of the faces at their corners
+            unless exact_normals is False
+        faces : indices, names or colours of the faces to keep, None for all; `face` of a projection is the index
+        raises : CadError, one line, where OpenCASCADE fails
+        """
+        from cadlink.facets import FacetSurface  # numba loads only when a surface is wanted
+
+        if not (np.isfinite(chord) and chord > 0.0):
+            raise CadError(f"part {self.name!r}: chord {chord!r}, expected a length in mm above 0")
+        if not 0.0 < angle <= 90.0:
+            raise CadError(f"part {self.name!r}: angle {angle!r}, expected degrees above 0, at most 90")
+        chosen = None if faces is None else np.asarray(faces, int).tolist()
+        job = {"brep": self.brep, "chord": float(chord), "angle": float(np.radians(angle)), "faces": chosen}
+        found = in_child(TESSELLATOR, job, TIMEOUT, "dividing it into triangles", f"part {self.name!r}")
+        exact = found["normals"] if normals == "nagata" and exact_normals else None
+        surface = FacetSurface(
+            found["points"],
+            found["cells"],
+            normals,
+            crease=None if normals == "element" else crease,
+            flip=flip,
+            corner_normals=exact,
+            labels=found["face"],
+        )
+        surface.part = self
+        return surface
 
     def gap_report(self):
         """Gaps of the file at this part's edges and vertices."""
@@ -197,27 +227,4 @@ def check_step(path):
 
 def read_in_child(path, timeout):
     """What the reading process returns, or {"error": line} if it crashed or hung."""
-    package = str(Path(__file__).resolve().parent.parent)
-    environment = dict(os.environ)
-    environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH", "")) if p)
-    with tempfile.TemporaryDirectory(prefix="cadlink-") as folder:
-        out = os.path.join(folder, "parts.pickle")
-        command = [sys.executable, "-m", READER, str(path.resolve()), out]
-        try:
-            child = subprocess.run(
-                command,
-                env=environment,
-                timeout=timeout,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return {"error": f"OpenCASCADE did not finish within {timeout:g} s"}
-        if child.returncode != 0 or not os.path.exists(out):
-            lines = child.stderr.decode("utf-8", "replace").strip().splitlines()
-            why = f"signal {-child.returncode}" if child.returncode < 0 else (lines or ["no reason"])[-1]
-            return {"error": f"OpenCASCADE crashed while reading it ({why})"}
-        with open(out, "rb") as stream:
-            return pickle.load(stream)
+    return run_module(READER, [str(path.resolve())], timeout, "reading it")
