@@ -1,19 +1,23 @@
 """The parts of a STEP file with names, colours and places. Runs in the reading process only."""
 
 from collections import Counter
+from typing import NamedTuple
 
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Quantity import Quantity_Color
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.STEPControl import STEPControl_Reader
+from OCP.StepRepr import StepRepr_RepresentationItem
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TColStd import TColStd_SequenceOfAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_AttributeIterator, TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
-from OCP.TopExp import TopExp_Explorer
+from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Shape
+from OCP.TopTools import TopTools_IndexedMapOfShape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 UNITS = {
@@ -24,6 +28,7 @@ UNITS = {
     "inch": "inch",
     "foot": "ft",
 }
+UNNAMED = ("", "NONE")  # what writers put where a name is missing
 
 
 def read_parts(path, part_record):
@@ -47,11 +52,50 @@ def read_parts(path, part_record):
         collect(roots.Value(i), TopLoc_Location(), "", None, colors, found)
     if not found:
         return {"error": "found no face in it, expected solids, shells or faces"}
-    names = distinct([name for name, _, _ in found])
-    return {
-        "unit": unit,
-        "parts": [(name, color, part_record(shape)) for name, (_, color, shape) in zip(names, found, strict=True)],
-    }
+    names = distinct([body.name for body in found])
+    file_names = face_namer(reader.ChangeReader())
+    parts = []
+    for name, body in zip(names, found, strict=True):
+        record = part_record(body.shape.Moved(body.place))
+        faces = faces_in(body.shape)
+        record["face_names"] = [file_names(face) for face in faces]
+        record["face_colors"] = [shape_color(face, colors) or body.base_color for face in faces]
+        parts.append((name, body.color, record))
+    return {"unit": unit, "parts": parts}
+
+
+class Body(NamedTuple):
+    """A solid, shell or face of a product, where it is placed, and what it is called.
+
+    color : shown for the whole; base_color : what a face has that is not coloured itself
+    """
+
+    name: str
+    color: tuple | None
+    base_color: tuple | None
+    shape: TopoDS_Shape
+    place: TopLoc_Location
+
+
+def faces_in(shape):
+    """Faces in file order, each once: the numbers of Part."""
+    seen = TopTools_IndexedMapOfShape()
+    TopExp.MapShapes_s(shape, TopAbs_FACE, seen)
+    return [seen.FindKey(i + 1) for i in range(seen.Extent())]
+
+
+def face_namer(reader: STEPControl_Reader):
+    """A function that tells the name of a face's ADVANCED_FACE in the file, "" for none."""
+    transfer = reader.WS().TransferReader()
+
+    def name_of(face):
+        entity = transfer.EntityFromShapeResult(face, 1)
+        if not isinstance(entity, StepRepr_RepresentationItem) or entity.Name() is None:
+            return ""
+        name = entity.Name().ToCString().strip()
+        return "" if name in UNNAMED else name
+
+    return name_of
 
 
 def source_unit(reader: STEPControl_Reader):
@@ -65,7 +109,7 @@ def source_unit(reader: STEPControl_Reader):
 
 
 def collect(label, place, name, color, colors, found):
-    """Append (name, colour, placed shape) of every solid, free shell and free face below a label.
+    """Append the Body of every solid, free shell and free face below a label.
 
     The name is the product's, or the nearest one above it; an instance's own name is only an id.
     """
@@ -90,8 +134,8 @@ def collect(label, place, name, color, colors, found):
         called = name
         if len(bodies) > 1:
             called = next((n for s, n in own_names if s.IsSame(body)), name)
-        own = shape_color(body, colors) or color or face_color(body, colors)
-        found.append((called, own, body.Moved(place)))
+        base = shape_color(body, colors) or color
+        found.append(Body(called, base or face_color(body, colors), base, body, place))
 
 
 def bodies_of(shape):

@@ -13,8 +13,8 @@ the surface of lowest degree through its sides: on a triangle a quadratic, on a 
 import numpy as np
 
 LARGEST = 1.0  # |c| over |d|: more (a turn of a right angle along the side) is no shape, and the side stays straight
-# Of the largest singular value: smaller ones do not count. They are differences of nearly equal normals; what they would
-# say of c is its part along the side, which moves points within the patch and not the patch.
+# Of the largest singular value: smaller ones do not count. They are differences of nearly equal normals; what they
+# would say of c is its part along the side, which moves points within the patch and not the patch.
 CUTOFF = 0.02
 
 

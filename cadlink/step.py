@@ -14,6 +14,8 @@ import numpy as np
 
 from cadlink.child import in_child, run_module
 from cadlink.errors import CadError, UnknownPart
+from cadlink.pick import pick_faces
+from cadlink.shifted import shifted
 
 TIMEOUT = 300.0  # s
 READER = "cadlink.brep"
@@ -54,6 +56,8 @@ class Part:
     solid         True for a solid, False for an open shell or face
     planes        list of Plane, one for each planar face
     brep          the placed shape in mm, OpenCASCADE's binary BREP
+    face_names    name of each face in the file, "" for none
+    face_colors   (r, g, b) of each face, the part's where it has none of its own, or None
     """
 
     def __init__(self, name, color, record, unit, path):
@@ -65,23 +69,32 @@ class Part:
         self.solid = record["solid"]
         self.planes = [Plane(*p) for p in record["planes"]]
         self.brep = record["brep"]
+        self.face_names = record.get("face_names") or [""] * self.n_faces
+        self.face_colors = record.get("face_colors") or [color] * self.n_faces
 
     def __repr__(self):
         size = " x ".join(f"{x:.6g}" for x in np.ptp(self.bounding_box, axis=0))
         body = "solid" if self.solid else "shell"
         return f"<Part {self.name!r}: {body}, {self.n_faces} faces, {size} mm>"
 
-    def surface(self, faces=None):
-        """ToolSurface of this part, or of the faces chosen by index."""
+    def surface(self, faces=None, *, offset=0.0, flip=False):
+        """The exact surface of this part: ToolSurface, or a surface of the same call where it is moved or turned.
+
+        faces : numbers, names or colours ("#rrggbb", or (r, g, b) in 0 .. 1) of the faces to keep; None for all
+        offset : mm, clearance: the surface moves away from its material by this much
+        flip : the material is on the other side of the faces
+        raises : CadError, one line, for faces the part does not have
+        """
         from cadlink.surface import ToolSurface  # numba loads only when a surface is wanted
 
-        return ToolSurface(self, faces=faces)
+        surface = ToolSurface(self, faces=faces)
+        return shifted(surface, offset, flip)
 
     def triangles(self):
         """points (n, 3) [mm] and cells (m, 3) for pictures; normals leave the material."""
         return self.record["points"], self.record["cells"]
 
-    def facets(self, chord, *, angle=30.0, normals="nodal", faces=None, crease=40.0, exact_normals=True, flip=False):
+    def facets(self, chord, *, angle=30.0, normals="nodal", faces=None, crease=40.0, exact_normals=True):
         """FacetSurface of this part's triangles, to compare with the exact surface.
 
         chord : mm, largest distance of a triangle from its face
@@ -97,7 +110,7 @@ class Part:
             raise CadError(f"part {self.name!r}: chord {chord!r}, expected a length in mm above 0")
         if not 0.0 < angle <= 90.0:
             raise CadError(f"part {self.name!r}: angle {angle!r}, expected degrees above 0, at most 90")
-        chosen = None if faces is None else np.asarray(faces, int).tolist()
+        chosen = None if faces is None else pick_faces(self, faces).tolist()
         job = {"brep": self.brep, "chord": float(chord), "angle": float(np.radians(angle)), "faces": chosen}
         found = in_child(TESSELLATOR, job, TIMEOUT, "dividing it into triangles", f"part {self.name!r}")
         exact = found["normals"] if normals == "nagata" and exact_normals else None
@@ -106,7 +119,6 @@ class Part:
             found["cells"],
             normals,
             crease=None if normals == "element" else crease,
-            flip=flip,
             corner_normals=exact,
             labels=found["face"],
         )
