@@ -22,6 +22,8 @@ _HOME = {
     "SphereSurface": "cadlink.primitive_surfaces",
     "ConeSurface": "cadlink.primitive_surfaces",
     "TorusSurface": "cadlink.primitive_surfaces",
+    "Profile": "cadlink.profile",
+    "section": "cadlink.profile",
     "mesh_blank": "cadlink.blank",
     "Mesh": "cadlink.blank",
     "Rectangle": "cadlink.outline",
@@ -42,6 +44,7 @@ __all__ = [
     "Part",
     "PlaneSurface",
     "Polygon",
+    "Profile",
     "Projection",
     "Rectangle",
     "SphereSurface",
@@ -50,6 +53,7 @@ __all__ = [
     "blank_outline",
     "mesh_blank",
     "read_step",
+    "section",
 ]
 
 

@@ -1,9 +1,9 @@
 """What OpenCASCADE knows of a STEP file, as plain arrays. Runs as a process of its own:
 
-    python -m cadlink.brep FILE OUT
+    python -m cadlink.brep FILE SEW OUT
 
-writes a pickle of {"unit", "parts"} or {"error"} to OUT. A file that crashes OpenCASCADE then costs
-one line, not the session. `step.py` starts it and reads the pickle.
+writes a pickle of {"unit", "parts"} or {"error"} to OUT; loose faces are sewn within SEW mm. A file that crashes
+OpenCASCADE then costs one line, not the session. `step.py` starts it and reads the pickle.
 """
 
 import io
@@ -41,9 +41,11 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from cadlink.curves import STATIONS, edge_curve, trace_of, xyz
 from cadlink.display import tessellate
+from cadlink.errors import CadError
 from cadlink.faces import KINDS, FaceProbe, face_record
 from cadlink.loops import matched, pieces_of_wire, uv_box
 
+SMALLEST = 1e-3  # mm: parts below it are taken for a mistake in the unit
 CREASE = 1e-4  # rad: smoother C0 knots of a B-spline are not made into edges
 
 
@@ -78,7 +80,10 @@ def part_record(shape):
     BRepBndLib.AddOptimal_s(shape, box, False, False)
     box.SetGap(0.0)
     corners = np.array([xyz(box.CornerMin()), xyz(box.CornerMax())])
-    points, cells = tessellate(shape, faces, float(np.linalg.norm(corners[1] - corners[0])))
+    diagonal = float(np.linalg.norm(corners[1] - corners[0]))
+    if diagonal < SMALLEST:
+        raise CadError(f"a part in it is {diagonal:.1e} mm large, expected {SMALLEST} mm or more: is its unit right?")
+    points, cells = tessellate(shape, faces, diagonal)
     solid = shape.ShapeType() == TopAbs_SOLID
     kinds = [KINDS[FaceProbe(f).adaptor.GetType()] for f in faces]
     divided, parent_face = divide_creases(shape, faces)
@@ -341,16 +346,17 @@ def corner_normal(probe, at, uv_in, uv_out, uv):
     return (0.5 * (normals[1:] + normals[:-1]) * steps[:, None]).sum(axis=0), steps.sum()
 
 
-def main(path, out):
+def main(path, tolerance, out):
     from cadlink.assembly_tree import read_parts  # keeps this page about one part
 
     try:
-        result = read_parts(path, part_record)
+        result = read_parts(path, part_record, float(tolerance))
     except Exception as error:  # whatever went wrong must reach the parent as a line
-        result = {"error": f"{type(error).__name__}: {error}"}
+        line = " ".join(str(error).split())
+        result = {"error": line if isinstance(error, CadError) else f"{type(error).__name__}: {line}"}
     with open(out, "wb") as stream:
         pickle.dump(result, stream, protocol=5)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2])
+    main(*sys.argv[1:])

@@ -18,8 +18,17 @@ from cadlink.pick import pick_faces
 from cadlink.shifted import shifted
 
 TIMEOUT = 300.0  # s
+SEW = 1e-3  # mm
 READER = "cadlink.brep"
 TESSELLATOR = "cadlink.tessellation"
+
+
+class Sewing(NamedTuple):
+    """How a part was made of loose faces: tolerance [mm], faces, and edges that stayed free (0 for a solid)."""
+
+    tolerance: float
+    faces: int
+    free_edges: int
 
 
 class Plane(NamedTuple):
@@ -56,6 +65,8 @@ class Part:
     solid         True for a solid, False for an open shell or face
     planes        list of Plane, one for each planar face
     brep          the placed shape in mm, OpenCASCADE's binary BREP
+    tree          names of the products from the top of the assembly down to this part's
+    sewn          Sewing where loose faces of the file were joined, or None
     face_names    name of each face in the file, "" for none
     face_colors   (r, g, b) of each face, the part's where it has none of its own, or None
     """
@@ -69,6 +80,8 @@ class Part:
         self.solid = record["solid"]
         self.planes = [Plane(*p) for p in record["planes"]]
         self.brep = record["brep"]
+        self.tree = record.get("tree") or ()
+        self.sewn = Sewing(*record["sewn"]) if record.get("sewn") else None
         self.face_names = record.get("face_names") or [""] * self.n_faces
         self.face_colors = record.get("face_colors") or [color] * self.n_faces
 
@@ -200,18 +213,22 @@ class Assembly(Mapping):
         return f"<Assembly {self.path}: {', '.join(self._parts)}; file unit {self.unit}>"
 
 
-def read_step(path, timeout=TIMEOUT):
+def read_step(path, timeout=TIMEOUT, *, sew=SEW):
     """The parts of a STEP file (AP203, AP214, AP242), placed as the assembly places them, in mm.
 
     path : file name
     timeout : s, after which reading is given up
+    sew : mm; loose faces of one product that meet within it are sewn to shells and solids, which `Part.sewn` tells;
+        0 leaves each a part of its own
     returns : Assembly, a mapping from part name to Part
-    raises : CadError, one line, for a file that is missing, is not STEP, has no faces, or makes
-        OpenCASCADE crash or hang
+    raises : CadError, one line, for a file that is missing, is not STEP, has no faces or only triangles, refers to
+        files that are missing, or makes OpenCASCADE crash or hang
     """
+    if not (np.isfinite(sew) and sew >= 0.0):
+        raise CadError(f"read_step sew: found {sew!r}, expected a length in mm, 0 or more")
     path = Path(path)
     check_step(path)
-    result = read_in_child(path, timeout)
+    result = read_in_child(path, timeout, sew)
     if "error" in result:
         raise CadError(f"{path}: {result['error']}")
     unit = result["unit"]
@@ -237,6 +254,6 @@ def check_step(path):
         raise CadError(f"{path}: not a STEP file: starts with {start!r}, expected 'ISO-10303-21'")
 
 
-def read_in_child(path, timeout):
+def read_in_child(path, timeout, sew=SEW):
     """What the reading process returns, or {"error": line} if it crashed or hung."""
-    return run_module(READER, [str(path.resolve())], timeout, "reading it")
+    return run_module(READER, [str(path.resolve()), repr(float(sew))], timeout, "reading it")
