@@ -97,6 +97,7 @@ def part_record(shape):
         "cells": cells,
         "planes": plane_records(faces, kinds),
         "skin": skin_record(divided, parent_face),
+        "face_widths": [width_of(face) for face in faces],
         "flipped": flipped,
     }
 
@@ -110,6 +111,14 @@ def outward(shape):
     if properties.Mass() < 0.0:
         return shape.Reversed(), True
     return shape, False
+
+
+def width_of(face):
+    """Mean width of a face [mm]: twice its area over its boundary; that of a long strip is its width."""
+    area, boundary = GProp_GProps(), GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, area)
+    BRepGProp.LinearProperties_s(face, boundary)
+    return 2.0 * abs(area.Mass()) / boundary.Mass() if boundary.Mass() > 0.0 else np.inf
 
 
 def plane_records(faces, kinds):
@@ -242,6 +251,7 @@ def skin_record(faces, parent_face):
         "edges": [curves[i] for i in kept],
         "sides": [sides[i] for i in kept],
         "edge_gaps": np.array([gaps[i] for i in kept]),
+        "edge_turns": np.array([edge_turn(sides[i], probes) for i in kept]),
         "edge_tolerances": np.array([BRep_Tool.Tolerance_s(edges[i]) for i in kept]),
         "vertices": np.array([xyz(BRep_Tool.Pnt_s(v)) for v in vertices]).reshape(-1, 3),
         "vertex_gaps": vertex_gaps(edges, curves, gaps, vertices, vertex_ids),
@@ -287,6 +297,26 @@ def edge_gap(edge, curve, sides, probes):
         miss = points - np.array([probes[face].point(uv) for uv in samples])
         gap = max(gap, float(np.linalg.norm(miss, axis=1).max()))
     return gap
+
+
+def edge_turn(sides, probes):
+    """Largest angle between the normals of the two faces at an edge, at nine stations [rad]; nan without two faces."""
+    if len(sides) != 2:
+        return np.nan
+    turn = 0.0
+    for part in np.linspace(0.0, 1.0, 9):
+        at = [along(samples, part) for _, samples in sides]
+        n, m = (probes[face].normal(uv) for (face, _), uv in zip(sides, at, strict=True))
+        if n.any() and m.any():
+            turn = max(turn, float(np.arctan2(np.linalg.norm(np.cross(n, m)), n @ m)))
+    return turn
+
+
+def along(samples, part):
+    """(u, v) a part of the way along samples."""
+    x = part * (len(samples) - 1)
+    k = min(len(samples) - 2, int(x))
+    return (1.0 - (x - k)) * samples[k] + (x - k) * samples[k + 1]
 
 
 def vertex_gaps(edges, curves, gaps, vertices, vertex_ids):

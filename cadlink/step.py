@@ -14,6 +14,7 @@ import numpy as np
 
 from cadlink.child import in_child, run_module
 from cadlink.errors import CadError, UnknownPart
+from cadlink.gaps import gaps_of
 from cadlink.pick import pick_faces
 from cadlink.shifted import shifted
 
@@ -38,19 +39,6 @@ class Plane(NamedTuple):
     normal: np.ndarray
     area: float
     face: int
-
-
-class Gaps(NamedTuple):
-    """How well the file's own faces and edges meet [mm].
-
-    edge    largest distance between an edge and the same edge as drawn on its faces
-    vertex  the same at a vertex: from the ends of its edges, or their own gap if larger
-    tolerance  largest tolerance the file (or its reader) grants an edge or vertex
-    """
-
-    edge: float
-    vertex: float
-    tolerance: float
 
 
 class Part:
@@ -138,15 +126,15 @@ class Part:
         surface.part = self
         return surface
 
-    def gap_report(self):
-        """Gaps of the file at this part's edges and vertices."""
-        skin = self.record["skin"]
-        tolerances = np.append(skin["edge_tolerances"], skin["vertex_tolerances"])
-        return Gaps(
-            float(skin["edge_gaps"].max(initial=0.0)),
-            float(skin["vertex_gaps"].max(initial=0.0)),
-            float(tolerances.max(initial=0.0)),
-        )
+    def gap_report(self, thickness=None):
+        """Gaps: how well edges and faces meet, normal jumps, slivers, and the smallest concave radius.
+
+        thickness : mm of the sheet to be formed, against which slivers and radii are measured; None where not known
+        raises : CadError for a thickness that is no length above 0
+        """
+        if thickness is not None and not (np.isfinite(thickness) and thickness > 0.0):
+            raise CadError(f"thickness {thickness!r}, expected a length in mm above 0")
+        return gaps_of(self, thickness)
 
     @cached_property
     def radii(self):

@@ -1,4 +1,4 @@
-"""What a STEP file may hold besides one solid: other units, loose faces, triangles, other files, construction geometry."""
+"""What a STEP file may hold besides one solid: other units, loose faces, triangles, other files, construction lines."""
 
 import re
 
@@ -8,6 +8,8 @@ from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_Transform
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.Interface import Interface_Static
+from OCP.STEPControl import STEPControl_Writer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Compound, TopoDS_Face, TopoDS_Shell
 
@@ -92,11 +94,21 @@ def test_a_unit_that_makes_dust_is_one_line(tmp_path, box_text):
 # --- loose faces
 
 
+def one_product(path, *faces):
+    """Faces without a common shell in one product; OpenCASCADE would make one of each."""
+    STEPControl_Writer()  # defines the option
+    Interface_Static.SetIVal_s("write.step.assembly", 0)
+    try:
+        return write_plain(compound(*faces), path)
+    finally:
+        Interface_Static.SetIVal_s("write.step.assembly", 2)
+
+
 def loose_box(path, gap=0.0):
     """The six faces of a box without a shell, the last one lifted by a gap."""
     faces = faces_of(shapes.box())
     faces[5] = moved(faces[5], 0.0, 0.0, gap)
-    return write_plain(compound(*faces), path)
+    return one_product(path, *faces)
 
 
 @pytest.mark.parametrize("gap", [0.0, 5e-4])
@@ -140,7 +152,7 @@ def test_sewing_keeps_names_and_colours_of_faces(tmp_path):
 def test_shells_of_different_tools_are_left_alone(tmp_path):
     """Two faces that do not touch are two parts."""
     lower = faces_of(shapes.box())[4]
-    path = write_plain(compound(lower, moved(lower, 0.0, 0.0, 3.0)), tmp_path / "two.step")
+    path = one_product(tmp_path / "two.step", lower, moved(lower, 0.0, 0.0, 3.0))
     assert [p.sewn for p in read_step(path).values()] == [None, None]
 
 
@@ -163,8 +175,7 @@ def triangles_only(shape):
 
 
 def test_tessellated_ap242_is_refused_in_one_line(tmp_path):
-    from OCP.Interface import Interface_Static
-
+    STEPControl_Writer()  # defines the options
     Interface_Static.SetCVal_s("write.step.schema", "AP242DIS")
     Interface_Static.SetIVal_s("write.step.tessellated", 1)
     path = write_plain(triangles_only(shapes.box()), tmp_path / "die.step")
