@@ -16,6 +16,8 @@ from cadlink.curves import xyz
 from cadlink.errors import CadError
 from cadlink.faces import FaceProbe
 
+BESIDE = 1e-4  # of the way to the far side of a triangle
+
 
 def shape_of(brep):
     """The shape in OpenCASCADE's binary BREP."""
@@ -53,8 +55,10 @@ def work(job):
         flat = np.cross(p[c[:, 1]] - p[c[:, 0]], p[c[:, 2]] - p[c[:, 0]])
         size = np.linalg.norm(flat, axis=1, keepdims=True)
         flat /= np.where(size > 0.0, size, 1.0)
-        # At a pole or an apex the face has no normal: each triangle keeps its own there.
-        at_corner = exact[c]
+        # At a pole or an apex the face has no normal: each triangle takes the one that its own side tends to.
+        at_corner, places = exact[c], np.array([(q.X(), q.Y()) for q in uv])[c]
+        for k, i in np.argwhere(~at_corner.any(axis=2)):
+            at_corner[k, i] = limit_normal(probe, places[k, i], places[k, [i - 1, i - 2]].mean(axis=0))
         lost = ~at_corner.any(axis=2)
         at_corner[lost] = np.broadcast_to(flat[:, None], at_corner.shape)[lost]
         lost = ~at_corner.any(axis=2)
@@ -70,6 +74,14 @@ def work(job):
         "normals": np.vstack(normals),
         "face": np.concatenate(label),
     }
+
+
+def limit_normal(probe, at, middle):
+    """Normal just beside a collapsed side of (u, v), on the line through the middle of a triangle's far side."""
+    u, v = at
+    if not probe.normal((middle[0], v)).any():
+        return probe.normal((middle[0], v + BESIDE * (middle[1] - v)))
+    return probe.normal((u + BESIDE * (middle[0] - u), middle[1]))
 
 
 if __name__ == "__main__":

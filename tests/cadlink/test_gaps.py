@@ -65,7 +65,7 @@ def test_normal_jump_across_an_edge_drawn_smooth(degrees, kinks):
 
 @needs_shared
 def test_files_from_elsewhere():
-    """frame.step leaves gaps of hundredths of a millimetre, which is said; part.step none, but kinks of 0.15 degrees."""
+    """frame.step leaves gaps of hundredths of a millimetre, which is said; part.step none, but kinks of 0.15 deg."""
     frame = next(iter(read_step(SHARED / "frame.step").values())).gap_report()
     assert 0.01 < frame.edge < 0.03 and "faces meet only within 0.02 mm" in frame.remarks()
     part = next(iter(read_step(SHARED / "part.step").values())).gap_report()
