@@ -49,7 +49,7 @@ class Gaps(NamedTuple):
         if self.slivers:
             shown = ", ".join(map(str, self.slivers[:5])) + (", .." if len(self.slivers) > 5 else "")
             found.append(f"{len(self.slivers)} slivers (faces {shown})")
-        if self.too_tight:
+        if self.too_tight and self.thickness is not None:
             half = 0.5 * self.thickness
             found.append(f"concave radius {self.concave_radius:.3g} mm is below half the sheet, {half:.3g} mm")
         return found

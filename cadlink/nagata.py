@@ -16,6 +16,8 @@ LARGEST = 1.0  # |c| over |d|: more (a turn of a right angle along the side) is 
 # Of the largest singular value: smaller ones do not count. They are differences of nearly equal normals; what they
 # would say of c is its part along the side, which moves points within the patch and not the patch.
 CUTOFF = 0.02
+STEEPEST = 0.3  # cosine of the largest angle (73 degrees) between a patch and its flat facet
+ROUNDS = 5  # of straightening: a side made straight changes the patch beyond it
 
 
 def side_curves(points, corners, normals, edges):
@@ -23,7 +25,6 @@ def side_curves(points, corners, normals, edges):
 
     normals : (m, 4, 3) unit corner normals; edges : Edges of the corners
     """
-    m = len(corners)
     n_sides = np.where(corners[:, 3] < 0, 3, 4)
     f, g = edges.owner[:, 0], edges.owner[:, 1]
     i, j = edges.slot[:, 0], edges.slot[:, 1]
@@ -39,10 +40,43 @@ def side_curves(points, corners, normals, edges):
     c = np.einsum("eck,ek->ec", np.linalg.pinv(rows, rcond=CUTOFF), wanted)
     too_bent = np.linalg.norm(c, axis=1) > LARGEST * np.linalg.norm(d, axis=1)
     c[too_bent] = 0.0
-    found = np.zeros((m, 4, 3))
+    return unfolded(points[corners], corners[:, 3] < 0, c, edges)
+
+
+def unfolded(x, triangle, c, edges):
+    """(m, 4, 3) side curves from those of the edges (e, 3); sides of patches that would fold over are straightened.
+
+    A thin facet whose long sides bend apart may turn its normal round; it stays flat instead.
+    """
     real = edges.side_edge >= 0
+    found = np.zeros((len(x), 4, 3))
     found[real] = c[edges.side_edge[real]]
+    for _ in range(ROUNDS):
+        folded = steepest_turn(patch_coefficients(x, triangle, found), triangle, x) < STEEPEST
+        folded &= found.any(axis=(1, 2))
+        if not folded.any():
+            break
+        sides = edges.side_edge[folded]
+        c[sides[sides >= 0]] = 0.0
+        found[real] = c[edges.side_edge[real]]
     return found
+
+
+def steepest_turn(a, triangle, x):
+    """(m,) smallest cosine between a patch's normal and that of its flat facet, at 15 or 25 places."""
+    last = np.where(triangle[:, None], x[:, 2], x[:, 3])
+    flat = np.cross(x[:, 2] - x[:, 0], last - x[:, 1])
+    least = np.ones(len(a))
+    for s, t in np.ndindex(5, 5):
+        u, v = s / 4.0, t / 4.0
+        fs = np.array([0.0, 1.0, 0.0, 2.0 * u, v, 0.0, 2.0 * u * v, v * v])
+        ft = np.array([0.0, 0.0, 1.0, 0.0, u, 2.0 * v, u * u, 2.0 * u * v])
+        n = np.cross(np.einsum("i,mic->mc", fs, a), np.einsum("i,mic->mc", ft, a))
+        size = np.linalg.norm(n, axis=1) * np.linalg.norm(flat, axis=1)
+        cosine = np.einsum("mc,mc->m", n, flat) / np.where(size > 0.0, size, 1.0)
+        counts = ~triangle | (u + v <= 1.0)
+        least = np.where(counts & (cosine < least), cosine, least)
+    return least
 
 
 def patch_coefficients(x, triangle, c):

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from cadlink import CadError
+from cadlink import CadError, read_step
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import part_of, points_around
+from tests.cadlink.test_step import SHARED, needs_shared
 
 SOLIDS = {
     "fillets": shapes.filleted_box,
@@ -67,6 +68,16 @@ def test_face_is_that_of_the_part_and_faces_can_be_picked(parts):
     top = max(part.planes, key=lambda plane: plane.normal[2]).face
     one = part.facets(0.02, faces=[top])
     assert not one.closed and set(one.project(points).face) == {top}
+
+
+@needs_shared
+def test_thin_facets_of_a_coarse_mesh_do_not_fold():
+    """A rod of 5 mm at a chord of 0.1: long thin triangles between small rounds keep their side."""
+    (part,) = read_step(SHARED / "linkrods.step").values()
+    exact, facets = part.surface(), part.facets(0.1, normals="nagata")
+    points = points_around(exact, part.bounding_box, 3000, seed=1)
+    a, b = exact.project(points), facets.project(points)
+    assert np.abs(a.distance - b.distance).max() < 0.03
 
 
 def test_wrong_chords_are_one_line(parts):
