@@ -1,11 +1,15 @@
 """The parts of a STEP file with names, colours and places. Runs in the reading process only."""
 
 from collections import Counter
+from typing import NamedTuple
 
+from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Quantity import Quantity_Color
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.STEPControl import STEPControl_Reader
+from OCP.StepRepr import StepRepr_RepresentationItem
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TColStd import TColStd_SequenceOfAsciiString
 from OCP.TDataStd import TDataStd_Name
@@ -14,20 +18,32 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS, TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+from cadlink.references import missing_references
+from cadlink.sewing import faces_in, is_loose, sew
 
 UNITS = {
     "millimetre": "mm",
     "metre": "m",
     "centimetre": "cm",
     "micrometre": "um",
+    "nanometre": "nm",
+    "decimetre": "dm",
+    "hectometre": "hm",
+    "kilometre": "km",
     "inch": "inch",
     "foot": "ft",
 }
+UNNAMED = ("", "NONE")  # what writers put where a name is missing
 
 
-def read_parts(path, part_record):
-    """{"unit", "parts": [(name, colour, record)]} of a STEP file, or {"error": line}."""
+def read_parts(path, part_record, tolerance=0.0):
+    """{"unit", "parts": [(name, colour, record)]} of a STEP file, or {"error": line}.
+
+    tolerance : mm, within which loose faces of a product are sewn; 0 leaves them loose
+    """
     document = TDocStd_Document(TCollection_ExtendedString("cad"))
     XCAFDoc_ShapeTool.SetAutoNaming_s(False)
     reader = STEPCAFControl_Reader()
@@ -35,6 +51,11 @@ def read_parts(path, part_record):
     reader.SetColorMode(True)
     if reader.ReadFile(path) != IFSelect_RetDone:
         return {"error": "it starts like STEP but OpenCASCADE cannot parse it"}
+    missing = missing_references(reader.ChangeReader().WS().Model(), path)
+    if missing:
+        return {
+            "error": f"it refers to {', '.join(missing)}, not found: expected beside it, or where an absolute path says"
+        }
     unit = source_unit(reader.ChangeReader())
     if not reader.Transfer(document):
         return {"error": "found STEP data but no shape in it, expected solids, shells or faces"}
@@ -44,14 +65,65 @@ def read_parts(path, part_record):
     shapes.GetFreeShapes(roots)
     found = []
     for i in range(1, roots.Length() + 1):
-        collect(roots.Value(i), TopLoc_Location(), "", None, colors, found)
+        collect(roots.Value(i), TopLoc_Location(), (), None, colors, tolerance, found)
     if not found:
         return {"error": "found no face in it, expected solids, shells or faces"}
-    names = distinct([name for name, _, _ in found])
-    return {
-        "unit": unit,
-        "parts": [(name, color, part_record(shape)) for name, (_, color, shape) in zip(names, found, strict=True)],
-    }
+    for body in found:
+        n = sum(BRep_Tool.Surface_s(TopoDS.Face_s(face)) is None for face in body.faces)
+        if n:
+            called = repr(body.name) if body.name else "without a name"
+            found_here = f"part {called} is tessellated: {n} of its faces are triangles, expected exact faces"
+            return {"error": f"{found_here}; export it as B-rep, or read a mesh file with FacetSurface"}
+    names = distinct([body.name for body in found])
+    file_names = face_namer(reader.ChangeReader())
+    parts = []
+    for name, body in zip(names, found, strict=True):
+        record = part_record(placed(body.shape, body.place))
+        record["face_names"] = [file_names(face) for face in body.faces]
+        record["face_colors"] = [shape_color(face, colors) or body.base_color for face in body.faces]
+        record["tree"], record["sewn"] = body.tree, body.sewn
+        parts.append((name, body.color, record))
+    return {"unit": unit, "parts": parts}
+
+
+class Body(NamedTuple):
+    """A solid, shell or face of a product, where it is placed, and what it is called.
+
+    color : shown for the whole; base_color : what a face has that is not coloured itself
+    faces : the faces of the file its faces come from; tree : names of the products from the top of the assembly down
+    sewn : (tolerance [mm], number of faces, number of free edges) where loose faces were joined, or None
+    """
+
+    name: str
+    color: tuple | None
+    base_color: tuple | None
+    shape: TopoDS_Shape
+    place: TopLoc_Location
+    faces: list
+    tree: tuple
+    sewn: tuple | None = None
+
+
+def placed(shape, place):
+    """A shape at its place; one that is mirrored or scaled there is made anew, since locations may only move."""
+    move = place.Transformation()
+    if move.IsNegative() or abs(move.ScaleFactor() - 1.0) > 1e-12:
+        return BRepBuilderAPI_Transform(shape, move, True).Shape()
+    return shape.Moved(place)
+
+
+def face_namer(reader: STEPControl_Reader):
+    """A function that tells the name of a face's ADVANCED_FACE in the file, "" for none."""
+    transfer = reader.WS().TransferReader()
+
+    def name_of(face):
+        entity = transfer.EntityFromShapeResult(face, 1)
+        if not isinstance(entity, StepRepr_RepresentationItem) or entity.Name() is None:
+            return ""
+        name = entity.Name().ToCString().strip()
+        return "" if name in UNNAMED else name
+
+    return name_of
 
 
 def source_unit(reader: STEPControl_Reader):
@@ -64,8 +136,8 @@ def source_unit(reader: STEPControl_Reader):
     return UNITS.get(found[0], found[0])
 
 
-def collect(label, place, name, color, colors, found):
-    """Append (name, colour, placed shape) of every solid, free shell and free face below a label.
+def collect(label, place, tree, color, colors, tolerance, found):
+    """Append the Body of every solid, free shell and free face below a label.
 
     The name is the product's, or the nearest one above it; an instance's own name is only an id.
     """
@@ -76,22 +148,31 @@ def collect(label, place, name, color, colors, found):
         XCAFDoc_ShapeTool.GetReferredShape_s(label, product)
         label = product
         color = color or label_color(label, colors)
-    name = label_name(label) or name
+    own_name = label_name(label)
+    tree = (*tree, own_name) if own_name else tree
+    name = tree[-1] if tree else ""
     if XCAFDoc_ShapeTool.IsAssembly_s(label):
         parts = TDF_LabelSequence()
         XCAFDoc_ShapeTool.GetComponents_s(label, parts)
         for i in range(1, parts.Length() + 1):
-            collect(parts.Value(i), place, name, color, colors, found)
+            collect(parts.Value(i), place, tree, color, colors, tolerance, found)
         return
-    shape = XCAFDoc_ShapeTool.GetShape_s(label)
-    bodies = bodies_of(shape)
+    bodies = bodies_of(XCAFDoc_ShapeTool.GetShape_s(label))
     own_names = sub_shape_names(label)
+    many = len(bodies) > 1
+    loose = [body for body in bodies if is_loose(body)] if tolerance > 0.0 else []
+    joined = sew(loose, tolerance) if len(loose) > 1 else None
     for body in bodies:
-        called = name
-        if len(bodies) > 1:
-            called = next((n for s, n in own_names if s.IsSame(body)), name)
-        own = shape_color(body, colors) or color or face_color(body, colors)
-        found.append((called, own, body.Moved(place)))
+        if joined is not None and is_loose(body):
+            continue
+        called = next((n for s, n in own_names if s.IsSame(body)), name) if many else name
+        base = shape_color(body, colors) or color
+        shown = base or face_color(body, colors)
+        found.append(Body(called, shown, base, body, place, faces_in(body), tree))
+    for new in joined or ():
+        report = (tolerance, len(new.olds), new.n_free) if len(new.olds) > 1 else None
+        shown = color or face_color(new.olds[0], colors)
+        found.append(Body(name, shown, color, new.shape, place, new.olds, tree, report))
 
 
 def bodies_of(shape):

@@ -1,9 +1,9 @@
 """What OpenCASCADE knows of a STEP file, as plain arrays. Runs as a process of its own:
 
-    python -m cadlink.brep FILE OUT
+    python -m cadlink.brep FILE SEW OUT
 
-writes a pickle of {"unit", "parts"} or {"error"} to OUT. A file that crashes OpenCASCADE then costs
-one line, not the session. `step.py` starts it and reads the pickle.
+writes a pickle of {"unit", "parts"} or {"error"} to OUT; loose faces are sewn within SEW mm. A file that crashes
+OpenCASCADE then costs one line, not the session. `step.py` starts it and reads the pickle.
 """
 
 import io
@@ -45,9 +45,11 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from cadlink.curves import STATIONS, edge_curve, trace_of, xyz
 from cadlink.display import tessellate
+from cadlink.errors import CadError
 from cadlink.faces import KINDS, FaceProbe, face_record
 from cadlink.loops import matched, pieces_of_wire, uv_box
 
+SMALLEST = 1e-3  # mm: parts below it are taken for a mistake in the unit
 CREASE = 1e-4  # rad: smoother C0 knots of a B-spline are not made into edges
 
 
@@ -79,7 +81,10 @@ def part_record(shape):
     version = BinTools_FormatVersion.BinTools_FormatVersion_CURRENT
     BinTools.Write_s(shape, stream, False, False, version)
     corners = bounding_box(faces)
-    points, cells = tessellate(shape, faces, float(np.linalg.norm(corners[1] - corners[0])))
+    diagonal = float(np.linalg.norm(corners[1] - corners[0]))
+    if diagonal < SMALLEST:
+        raise CadError(f"a part in it is {diagonal:.1e} mm large, expected {SMALLEST} mm or more: is its unit right?")
+    points, cells = tessellate(shape, faces, diagonal)
     solid = shape.ShapeType() == TopAbs_SOLID
     kinds = [KINDS[FaceProbe(f).adaptor.GetType()] for f in faces]
     divided, parent_face = divide_creases(shape, faces)
@@ -93,6 +98,7 @@ def part_record(shape):
         "cells": cells,
         "planes": plane_records(faces, kinds),
         "skin": skin_record(divided, parent_face),
+        "face_widths": [width_of(face) for face in faces],
         "flipped": flipped,
     }
 
@@ -136,6 +142,14 @@ def outward(shape):
     if properties.Mass() < 0.0:
         return shape.Reversed(), True
     return shape, False
+
+
+def width_of(face):
+    """Mean width of a face [mm]: twice its area over its boundary; that of a long strip is its width."""
+    area, boundary = GProp_GProps(), GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, area)
+    BRepGProp.LinearProperties_s(face, boundary)
+    return 2.0 * abs(area.Mass()) / boundary.Mass() if boundary.Mass() > 0.0 else np.inf
 
 
 def plane_records(faces, kinds):
@@ -268,6 +282,7 @@ def skin_record(faces, parent_face):
         "edges": [curves[i] for i in kept],
         "sides": [sides[i] for i in kept],
         "edge_gaps": np.array([gaps[i] for i in kept]),
+        "edge_turns": np.array([edge_turn(sides[i], probes) for i in kept]),
         "edge_tolerances": np.array([BRep_Tool.Tolerance_s(edges[i]) for i in kept]),
         "vertices": np.array([xyz(BRep_Tool.Pnt_s(v)) for v in vertices]).reshape(-1, 3),
         "vertex_gaps": vertex_gaps(edges, curves, gaps, vertices, vertex_ids),
@@ -313,6 +328,26 @@ def edge_gap(edge, curve, sides, probes):
         miss = points - np.array([probes[face].point(uv) for uv in samples])
         gap = max(gap, float(np.linalg.norm(miss, axis=1).max()))
     return gap
+
+
+def edge_turn(sides, probes):
+    """Largest angle between the normals of the two faces at an edge, at nine stations [rad]; nan without two faces."""
+    if len(sides) != 2:
+        return np.nan
+    turn = 0.0
+    for part in np.linspace(0.0, 1.0, 9):
+        at = [along(samples, part) for _, samples in sides]
+        n, m = (probes[face].normal(uv) for (face, _), uv in zip(sides, at, strict=True))
+        if n.any() and m.any():
+            turn = max(turn, float(np.arctan2(np.linalg.norm(np.cross(n, m)), n @ m)))
+    return turn
+
+
+def along(samples, part):
+    """(u, v) a part of the way along samples."""
+    x = part * (len(samples) - 1)
+    k = min(len(samples) - 2, int(x))
+    return (1.0 - (x - k)) * samples[k] + (x - k) * samples[k + 1]
 
 
 def vertex_gaps(edges, curves, gaps, vertices, vertex_ids):
@@ -372,16 +407,17 @@ def corner_normal(probe, at, uv_in, uv_out, uv):
     return (0.5 * (normals[1:] + normals[:-1]) * steps[:, None]).sum(axis=0), steps.sum()
 
 
-def main(path, out):
+def main(path, tolerance, out):
     from cadlink.assembly_tree import read_parts  # keeps this page about one part
 
     try:
-        result = read_parts(path, part_record)
+        result = read_parts(path, part_record, float(tolerance))
     except Exception as error:  # whatever went wrong must reach the parent as a line
-        result = {"error": f"{type(error).__name__}: {error}"}
+        line = " ".join(str(error).split())
+        result = {"error": line if isinstance(error, CadError) else f"{type(error).__name__}: {line}"}
     with open(out, "wb") as stream:
         pickle.dump(result, stream, protocol=5)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2])
+    main(*sys.argv[1:])

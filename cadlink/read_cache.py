@@ -14,7 +14,6 @@ from pathlib import Path
 
 KEPT = 64  # files, the oldest are dropped
 LARGEST = 64 << 20  # bytes of one entry
-READERS = ("brep", "faces", "curves", "bezier", "loops", "records", "assembly_tree", "display")
 
 
 def folder():
@@ -25,15 +24,15 @@ def folder():
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cadlink" / "parts"
 
 
-def key_of(path):
-    """Name of a file's entry, or None for one that must be read."""
+def key_of(path, sew):
+    """Name of a file's entry, read with a sewing tolerance [mm], or None for one that must be read."""
     content = path.read_bytes()
     if b"DOCUMENT_FILE" in content or b"EXTERNAL_SOURCE" in content:
         return None
     digest = hashlib.sha256(content)
-    here = Path(__file__).parent
-    for name in READERS:
-        digest.update((here / f"{name}.py").read_bytes())
+    digest.update(repr(float(sew)).encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
     try:
         digest.update(version("cadquery-ocp").encode())
     except PackageNotFoundError:

@@ -5,10 +5,6 @@ CadError, and this process never loads it.
 """
 
 import os
-import pickle
-import subprocess
-import sys
-import tempfile
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -17,10 +13,24 @@ from typing import NamedTuple
 import numpy as np
 
 from cadlink import read_cache
+from cadlink.child import in_child, run_module
 from cadlink.errors import CadError, UnknownPart
+from cadlink.gaps import gaps_of
+from cadlink.pick import pick_faces
+from cadlink.shifted import shifted
 
 TIMEOUT = 300.0  # s
+SEW = 1e-3  # mm
 READER = "cadlink.brep"
+TESSELLATOR = "cadlink.tessellation"
+
+
+class Sewing(NamedTuple):
+    """How a part was made of loose faces: tolerance [mm], faces, and edges that stayed free (0 for a solid)."""
+
+    tolerance: float
+    faces: int
+    free_edges: int
 
 
 class Plane(NamedTuple):
@@ -30,19 +40,6 @@ class Plane(NamedTuple):
     normal: np.ndarray
     area: float
     face: int
-
-
-class Gaps(NamedTuple):
-    """How well the file's own faces and edges meet [mm].
-
-    edge    largest distance between an edge and the same edge as drawn on its faces
-    vertex  the same at a vertex: from the ends of its edges, or their own gap if larger
-    tolerance  largest tolerance the file (or its reader) grants an edge or vertex
-    """
-
-    edge: float
-    vertex: float
-    tolerance: float
 
 
 class Part:
@@ -57,6 +54,10 @@ class Part:
     solid         True for a solid, False for an open shell or face
     planes        list of Plane, one for each planar face
     brep          the placed shape in mm, OpenCASCADE's binary BREP
+    tree          names of the products from the top of the assembly down to this part's
+    sewn          Sewing where loose faces of the file were joined, or None
+    face_names    name of each face in the file, "" for none
+    face_colors   (r, g, b) of each face, the part's where it has none of its own, or None
     """
 
     def __init__(self, name, color, record, unit, path):
@@ -68,31 +69,73 @@ class Part:
         self.solid = record["solid"]
         self.planes = [Plane(*p) for p in record["planes"]]
         self.brep = record["brep"]
+        self.tree = record.get("tree") or ()
+        self.sewn = Sewing(*record["sewn"]) if record.get("sewn") else None
+        self.face_names = record.get("face_names") or [""] * self.n_faces
+        self.face_colors = record.get("face_colors") or [color] * self.n_faces
 
     def __repr__(self):
         size = " x ".join(f"{x:.6g}" for x in np.ptp(self.bounding_box, axis=0))
         body = "solid" if self.solid else "shell"
         return f"<Part {self.name!r}: {body}, {self.n_faces} faces, {size} mm>"
 
-    def surface(self, faces=None):
-        """ToolSurface of this part, or of the faces chosen by index."""
+    def surface(self, faces=None, *, offset=0.0, flip=False):
+        """The exact surface of this part: ToolSurface, or a surface of the same call where it is moved or turned.
+
+        faces : numbers, names or colours ("#rrggbb", or (r, g, b) in 0 .. 1) of the faces to keep; None for all
+        offset : mm, clearance: the surface moves away from its material by this much
+        flip : the material is on the other side of the faces
+        raises : CadError, one line, for faces the part does not have
+        """
         from cadlink.surface import ToolSurface  # numba loads only when a surface is wanted
 
-        return ToolSurface(self, faces=faces)
+        surface = ToolSurface(self, faces=faces)
+        return shifted(surface, offset, flip)
 
     def triangles(self):
         """points (n, 3) [mm] and cells (m, 3) for pictures; normals leave the material."""
         return self.record["points"], self.record["cells"]
 
-    def gap_report(self):
-        """Gaps of the file at this part's edges and vertices."""
-        skin = self.record["skin"]
-        tolerances = np.append(skin["edge_tolerances"], skin["vertex_tolerances"])
-        return Gaps(
-            float(skin["edge_gaps"].max(initial=0.0)),
-            float(skin["vertex_gaps"].max(initial=0.0)),
-            float(tolerances.max(initial=0.0)),
+    def facets(self, chord, *, angle=30.0, normals="nodal", faces=None, crease=40.0, exact_normals=True):
+        """FacetSurface of this part's triangles, to compare with the exact surface.
+
+        chord : mm, largest distance of a triangle from its face
+        angle : degrees, largest angle between neighbouring triangles of one face
+        normals, crease : as for FacetSurface; Nagata patches take the exact normals of the faces at their corners
+            unless exact_normals is False
+        faces : indices, names or colours of the faces to keep, None for all; `face` of a projection is the index
+        raises : CadError, one line, where OpenCASCADE fails
+        """
+        from cadlink.facets import FacetSurface  # numba loads only when a surface is wanted
+
+        if not (np.isfinite(chord) and chord > 0.0):
+            raise CadError(f"part {self.name!r}: chord {chord!r}, expected a length in mm above 0")
+        if not 0.0 < angle <= 90.0:
+            raise CadError(f"part {self.name!r}: angle {angle!r}, expected degrees above 0, at most 90")
+        chosen = None if faces is None else pick_faces(self, faces).tolist()
+        job = {"brep": self.brep, "chord": float(chord), "angle": float(np.radians(angle)), "faces": chosen}
+        found = in_child(TESSELLATOR, job, TIMEOUT, "dividing it into triangles", f"part {self.name!r}")
+        exact = found["normals"] if normals == "nagata" and exact_normals else None
+        surface = FacetSurface(
+            found["points"],
+            found["cells"],
+            normals,
+            crease=None if normals == "element" else crease,
+            corner_normals=exact,
+            labels=found["face"],
         )
+        surface.part = self
+        return surface
+
+    def gap_report(self, thickness=None):
+        """Gaps: how well edges and faces meet, normal jumps, slivers, and the smallest concave radius.
+
+        thickness : mm of the sheet to be formed, against which slivers and radii are measured; None where not known
+        raises : CadError for a thickness that is no length above 0
+        """
+        if thickness is not None and not (np.isfinite(thickness) and thickness > 0.0):
+            raise CadError(f"thickness {thickness!r}, expected a length in mm above 0")
+        return gaps_of(self, thickness)
 
     @cached_property
     def radii(self):
@@ -159,22 +202,26 @@ class Assembly(Mapping):
         return f"<Assembly {self.path}: {', '.join(self._parts)}; file unit {self.unit}>"
 
 
-def read_step(path, timeout=TIMEOUT):
+def read_step(path, timeout=TIMEOUT, *, sew=SEW):
     """The parts of a STEP file (AP203, AP214, AP242), placed as the assembly places them, in mm.
 
     path : file name
     timeout : s, after which reading is given up
-    returns : Assembly, a mapping from part name to Part; a file read before comes from the user's
-        cache folder (read_cache.py)
-    raises : CadError, one line, for a file that is missing, is not STEP, has no faces, or makes
-        OpenCASCADE crash or hang
+    sew : mm; loose faces of one product that meet within it are sewn to shells and solids, which `Part.sewn` tells;
+        0 leaves each a part of its own
+    returns : Assembly, a mapping from part name to Part; a file read before comes from the user's cache folder
+        (read_cache.py)
+    raises : CadError, one line, for a file that is missing, is not STEP, has no faces or only triangles, refers to
+        files that are missing, or makes OpenCASCADE crash or hang
     """
+    if not (np.isfinite(sew) and sew >= 0.0):
+        raise CadError(f"read_step sew: found {sew!r}, expected a length in mm, 0 or more")
     path = Path(path)
     check_step(path)
-    key = read_cache.key_of(path)
+    key = read_cache.key_of(path, sew)
     result = read_cache.recall(key)
     if result is None:
-        result = read_in_child(path, timeout)
+        result = read_in_child(path, timeout, sew)
         if "error" in result:
             raise CadError(f"{path}: {result['error']}")
         read_cache.keep(key, result)
@@ -201,29 +248,6 @@ def check_step(path):
         raise CadError(f"{path}: not a STEP file: starts with {start!r}, expected 'ISO-10303-21'")
 
 
-def read_in_child(path, timeout):
+def read_in_child(path, timeout, sew=SEW):
     """What the reading process returns, or {"error": line} if it crashed or hung."""
-    package = str(Path(__file__).resolve().parent.parent)
-    environment = dict(os.environ)
-    environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH", "")) if p)
-    with tempfile.TemporaryDirectory(prefix="cadlink-") as folder:
-        out = os.path.join(folder, "parts.pickle")
-        command = [sys.executable, "-m", READER, str(path.resolve()), out]
-        try:
-            child = subprocess.run(
-                command,
-                env=environment,
-                timeout=timeout,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return {"error": f"OpenCASCADE did not finish within {timeout:g} s"}
-        if child.returncode != 0 or not os.path.exists(out):
-            lines = child.stderr.decode("utf-8", "replace").strip().splitlines()
-            why = f"signal {-child.returncode}" if child.returncode < 0 else (lines or ["no reason"])[-1]
-            return {"error": f"OpenCASCADE crashed while reading it ({why})"}
-        with open(out, "rb") as stream:
-            return pickle.load(stream)
+    return run_module(READER, [str(path.resolve()), repr(float(sew))], timeout, "reading it")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cadlink.closest import COLUMNS, Hints, project_points
-from cadlink.errors import CadError
+from cadlink.pick import pick_faces
 from cadlink.skin import build_skin
 
 CELLS = 4096  # of the grid of hints, about
@@ -40,7 +40,7 @@ class ToolSurface:
     """The trimmed skin of a part, normals out of the material.
 
     part : Part of an assembly read by `read_step`
-    faces : indices of the faces to keep, None for all
+    faces : numbers, names or colours of the faces to keep (pick.py), None for all
 
     Planes, cylinders, cones, spheres and tori are met in closed form; every other surface as the
     rational Bezier patches it is made of, by Newton from a tree of boxes. No facets anywhere.
@@ -48,9 +48,7 @@ class ToolSurface:
 
     def __init__(self, part, faces=None):
         if faces is not None:
-            faces = np.unique(np.asarray(faces, np.int64))
-            if not len(faces) or faces[0] < 0 or faces[-1] >= part.n_faces:
-                raise CadError(f"part {part.name!r} has faces 0 to {part.n_faces - 1}, found {faces.tolist()}")
+            faces = pick_faces(part, faces)
         self.part = part
         self.skin = build_skin(part.record["skin"], faces)
         self.hints = None

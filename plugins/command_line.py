@@ -28,21 +28,24 @@ Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print JSON in
 
 
 @app.command
-def inspect(file: Path, *, as_json: Json = False):
-    """Show what a STEP file holds: parts, faces by kind, unit, size, smallest radii.
+def inspect(file: Path, *, thickness: float | None = None, as_json: Json = False):
+    """Show what a STEP file holds: parts, faces by kind, unit, size, smallest radii, and how well its faces meet.
 
     Parameters
     ----------
     file
         STEP file.
+    thickness
+        Sheet thickness in mm: slivers and concave radii are measured against it.
     """
-    from .inspect_step import describe, parts_table
+    from .inspect_step import describe, parts_table, remarks_on
 
-    parts = describe(file)
+    parts = describe(file, thickness)
     if as_json:
         print_json(parts)
     else:
         print_table(parts_table(parts))
+        print(*remarks_on(parts), sep="\n")
 
 
 @app.command

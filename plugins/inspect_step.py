@@ -1,20 +1,26 @@
 """What a STEP file holds, part by part."""
 
 
-def describe(path):
-    """{"file", "unit", "parts": [{name, faces, kinds, size, low, high, color, radii}]}; lengths in mm.
+def describe(path, thickness=None):
+    """{"file", "unit", "parts": [{name, faces, kinds, size, low, high, color, radii, gaps, remarks}]}; lengths in mm.
 
-    path : STEP file. Raises cadlink.CadError where it cannot be read.
+    path : STEP file; thickness : mm of the sheet to be formed, or None. Raises cadlink.CadError where it cannot be
+    read.
     """
     from cadlink import read_step
 
     assembly = read_step(path)
-    parts = [describe_part(part) for part in assembly.values()]
+    parts = [describe_part(part, thickness) for part in assembly.values()]
     return {"file": str(path), "unit": assembly.unit, "parts": parts}
 
 
-def describe_part(part):
+def describe_part(part, thickness=None):
     """One part as plain values; a radius is None where no face is curved that way."""
+    gaps = part.gap_report(thickness)
+    remarks = gaps.remarks()
+    if part.sewn:
+        left = f", {part.sewn.free_edges} edges stay free" if part.sewn.free_edges else ""
+        remarks.insert(0, f"{part.sewn.faces} loose faces sewn within {part.sewn.tolerance:g} mm{left}")
     low, high = part.bounding_box
     return {
         "name": part.name,
@@ -27,6 +33,11 @@ def describe_part(part):
         "smallest_concave_radius": radius(part.smallest_concave_radius),
         "smallest_convex_radius": radius(part.smallest_convex_radius),
         "color": hex_color(part.color),
+        "edge_gap": max(gaps.edge, gaps.vertex),
+        "smooth_edges": gaps.smooth_edges,
+        "normal_jump": gaps.jump,
+        "slivers": list(gaps.slivers),
+        "remarks": remarks,
     }
 
 
@@ -70,6 +81,14 @@ def parts_table(described):
             Text.assemble(("██ ", color), color) if color else "",
         )
     return table
+
+
+def remarks_on(described):
+    """Lines on how well faces meet: one for the file, one for each part that a user should look at."""
+    parts = described["parts"]
+    gap, jump = max(part["edge_gap"] for part in parts), max(part["normal_jump"] for part in parts)
+    lines = [f"Faces meet within {gap:.1e} mm, smooth ones within {jump:.1e} degrees."]
+    return lines + [f"{part['name']}: {'; '.join(part['remarks'])}" for part in parts if part["remarks"]]
 
 
 def shown_radius(value):

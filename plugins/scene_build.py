@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 from functools import cached_property
+from pathlib import Path
 
 import solver
 from cadlink import CadError
@@ -20,16 +21,35 @@ def about(key):
         raise BuildError(f"{key}: {error}") from error
 
 
-def build(keys, cad):
-    """The scene. keys : scene_keys.SceneKeys; cad : path of the STEP file or None. Raises BuildError."""
+def build(keys, cad, folder="."):
+    """The scene. Raises BuildError.
+
+    keys : scene_keys.SceneKeys; cad : path of the STEP file or None; folder : where mesh files are looked for
+    """
     parts = Parts(cad)
     blank = build_blank(keys, parts)
     surfaces = {}
     for name, tool in keys.tools.items():
         with about(f"tools.{name}"):
-            surfaces[name] = parts[tool.part or name].surface()
+            surfaces[name] = build_surface(name, tool, parts, Path(folder))
     with about("stages"):
         return solver.Scene(blank, build_stages(keys, surfaces), name=keys.name)
+
+
+def build_surface(name, tool, parts, folder):
+    """What contact meets: exact faces, or facets of a part or of a mesh file."""
+    offset, flip = tool.offset or 0.0, bool(tool.flip)
+    if tool.mesh is None and tool.surface in (None, "exact"):
+        return parts[tool.part or name].surface(tool.faces, offset=offset, flip=flip)
+    from cadlink.shifted import shifted
+
+    if tool.mesh is not None:
+        from cadlink import FacetSurface
+
+        surface = FacetSurface.read(folder / tool.mesh, tool.surface or "nodal")
+    else:
+        surface = parts[tool.part or name].facets(tool.chord, normals=tool.surface, faces=tool.faces)
+    return shifted(surface, offset, flip)
 
 
 class Parts:

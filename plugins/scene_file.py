@@ -14,7 +14,7 @@ from typing import get_args
 from pydantic import BaseModel, ValidationError
 
 from .quantities import shown
-from .scene_keys import DUTIES, SceneKeys, as_implicit, history_columns
+from .scene_keys import DUTIES, SURFACE_KEYS, SceneKeys, as_implicit, history_columns
 
 
 class SceneFileError(ValueError):
@@ -68,7 +68,7 @@ class SceneFile:
         from .scene_build import BuildError, build
 
         try:
-            return build(self.keys, self.cad)
+            return build(self.keys, self.cad, self.path.parent)
         except BuildError as error:
             raise SceneFileError(f"{self.path}: {error}") from error
         except (CadError, SceneError) as error:
@@ -178,18 +178,22 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
         yield "blank.thickness", "missing, expected a length in mm: an outline has none"
     if len(set(blank.symmetry)) < len(blank.symmetry):
         yield "blank.symmetry", f"found {shown(blank.symmetry)}, expected each axis once"
-    if keys.cad is None and (blank.part or keys.tools):
+    if keys.cad is None and (blank.part or any(tool.mesh is None for tool in keys.tools.values())):
         yield "cad", "missing, expected the STEP file with the parts, relative to the scene file"
     if not keys.tools and not any(s.pressure or s.forces or s.moments or s.moved for s in keys.stages):
         yield "tools", "missing, expected a table such as [tools.PUNCH]: nothing forms the blank"
 
     for name, tool in keys.tools.items():
         yield from _duties(f"tools.{name}", tool)
+        yield from _surface(f"tools.{name}", tool)
     for i, stage in enumerate(keys.stages):
         for name, tool in (stage.tools or {}).items():
             place = f"stages[{i}].tools.{name}"
             if name not in keys.tools:
                 yield place, f"unknown tool; {instead(name, keys.tools)}"
+            for key in SURFACE_KEYS:
+                if getattr(tool, key) is not None:
+                    yield f"{place}.{key}", "found in a stage, expected in [tools]: a tool keeps its surface"
             yield from _duties(place, tool)
 
     table = keys.material.hardening.table
@@ -204,6 +208,21 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
                 f"compare.rows[{i}].quantity",
                 f"unknown column '{row.quantity}'; {instead(row.quantity, columns)}",
             )
+
+
+def _surface(place, tool):
+    if tool.mesh is not None:
+        for key in ("part", "chord", "faces"):
+            if getattr(tool, key) is not None:
+                yield f"{place}.{key}", f"found beside mesh, expected one of them: a mesh file has no {key}"
+        if tool.surface == "exact":
+            yield f"{place}.surface", 'found "exact", expected "nagata", "nodal" or "element" for a mesh file'
+        return
+    faceted = tool.surface not in (None, "exact")
+    if faceted and tool.chord is None:
+        yield f"{place}.chord", "missing, expected a length in mm such as 0.1: how far facets may be from the faces"
+    if tool.chord is not None and not faceted:
+        yield f"{place}.chord", 'found without facets, expected surface = "nagata", "nodal" or "element" beside it'
 
 
 def _duties(place, tool):

@@ -415,10 +415,32 @@ Travel = Annotated[float, Quantity("a travel", "mm")]
 DUTIES = ("travel", "force", "gap")
 
 
+SURFACE_KEYS = ("part", "mesh", "surface", "chord", "faces", "offset", "flip")  # what a stage cannot change
+
+
+def _face(value):
+    if isinstance(value, bool) or not isinstance(value, (int, str)) or value == "":
+        raise wrong(shown(value), 'the number, name or colour of a face, such as 12, "RADIUS" or "#ff0000"')
+    return value
+
+
 class Tool(Table):
-    """A tool, or what a stage changes of it. part : its name in the CAD file, by default the table's."""
+    """A tool, or what a stage changes of it.
+
+    part : its name in the CAD file, by default the table's; mesh : a mesh file (STL, OBJ, ..) in its place
+    surface : exact faces, or facets: Nagata patches, flat ones with averaged nodal normals, with their own
+    chord : mm, largest distance of the facets from the faces they stand for
+    faces : only these faces of the part, by number, name or colour; offset : mm, clearance, out of the material;
+    flip : the material is on the other side
+    """
 
     part: Name | None = None
+    mesh: Name | None = None
+    surface: Literal["exact", "nagata", "nodal", "element"] | None = None
+    chord: PositiveLength | None = None
+    faces: list[Annotated[int | str, BeforeValidator(_face)]] | None = None
+    offset: Length | None = None
+    flip: bool | None = None
     friction: Coefficient | None = None
     axis: Direction | None = None
     travel: Travel | None = None

@@ -96,11 +96,12 @@ class PvdWriter:
 
 
 def _shown(tool):
-    """Points (n, 3), triangles (m, 3), colour of a tool as the CAD file has it; None without a part."""
+    """Points (n, 3), triangles (m, 3), colour of a tool as its file has it; None where it has no triangles."""
     part = getattr(tool.surface, "part", None)
-    if part is None:
+    triangles = getattr(tool.surface if part is None else part, "triangles", None)
+    if triangles is None:
         return None
-    points, cells = part.triangles()
+    points, cells = triangles()
     return np.asarray(points, dtype=float), np.asarray(cells, dtype=np.int64), getattr(part, "color", None)
 
 

@@ -27,8 +27,8 @@ from .scene import Blank, Coulomb, Membrane, Scene, Shell, Stage, Tool
 
 __all__ = [
     "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Frame", "Hill48", "Hill90",
-    "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Law", "LimitCurve", "Ludwik", "Material",
-    "Membrane",     "Newton", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Shell", "Stage", "StepFailed",
-    "Sum", "Swift", "Table", "Tool", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000", "YoshidaUemori",
-    "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
+    "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Law", "LimitCurve", "Ludwik", "Material", "Membrane",
+    "Newton", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Shell", "Stage",
+    "StepFailed", "Sum", "Swift", "Table", "Tool", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000",
+    "YoshidaUemori", "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
 ]  # fmt: skip
