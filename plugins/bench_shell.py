@@ -97,6 +97,18 @@ def measure(name, kind, refinement):
     }  # fmt: skip
 
 
+class BenchError(ValueError):
+    """A problem that does not exist. One line."""
+
+
+def checked(names):
+    """The problems asked for, all where none is. Raises BenchError."""
+    for name in names:
+        if name not in PROBLEMS:
+            raise BenchError(f"bench shell: found problem {name!r}, expected some of {', '.join(PROBLEMS)}")
+    return names or tuple(PROBLEMS)
+
+
 def rows(names=None, refinements=(0, 1, 2)):
     """Run problems on both kinds of mesh; yields the rows of `measure`, or one with "failed" and the reason."""
     for name in names or PROBLEMS:

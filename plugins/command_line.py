@@ -167,6 +167,50 @@ def projection(*cases: str, points: int = 20000, as_json: Json = False):
         print_table(projection_table(rows))
 
 
+@bench.command
+def shell(*problems: str, finest: int = 3, as_json: Json = False):
+    """The shell against published large-deflection problems, on lattices and unstructured meshes. Takes minutes.
+
+    Parameters
+    ----------
+    problems
+        Names such as cantilever, hemisphere, "hinged roof"; all by default.
+    finest
+        Number of refinements, 1 to 3.
+    """
+    from .bench_shell import HEADER, checked, line_of, rows
+
+    found = list(rows(checked(problems), range(finest)))
+    if as_json:
+        print_json(found)
+    else:
+        print_table(plain_table(HEADER, map(line_of, found)))
+
+
+@bench.command
+def elements(*, as_json: Json = False):
+    """Time per element and step of membranes and shells, ns on one core."""
+    from .bench_elements import HEADER, line_of, rows
+
+    found = rows()
+    if as_json:
+        print_json(found)
+    else:
+        print_table(plain_table(HEADER, map(line_of, found)))
+
+
+@bench.command(name="materials")
+def bench_materials(*, as_json: Json = False):
+    """Time per point and update of every material law, ns on one core."""
+    from .bench_materials import bench_rows, bench_table
+
+    found = bench_rows()
+    if as_json:
+        print_json(found)
+    else:
+        print_table(bench_table(found))
+
+
 @app.command
 def schema():
     """Print the JSON schema of scene files, for editors that complete and check TOML."""
@@ -184,6 +228,18 @@ def print_table(*tables):
         console = Console(width=200)
     for table in tables:
         console.print(table)
+
+
+def plain_table(header, lines):
+    """rich table of texts, numbers to the right."""
+    from rich.table import Table
+
+    table = Table()
+    for k, title in enumerate(header):
+        table.add_column(title, justify="left" if k == 0 else "right")
+    for line in lines:
+        table.add_row(*line)
+    return table
 
 
 def print_json(data):
@@ -219,6 +275,7 @@ def input_errors():
         "plugins.scene_file": "SceneFileError",
         "plugins.report": "RunFolderError",
         "plugins.bench_projection": "BenchError",
+        "plugins.bench_shell": "BenchError",
     }
     return tuple(getattr(sys.modules[module], name) for module, name in names.items() if module in sys.modules)
 

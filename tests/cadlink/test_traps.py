@@ -120,4 +120,5 @@ def test_weights_of_a_nurbs_circle():
     hit = (
         part_of(shapes.as_nurbs(shapes.torus())).surface().project(np.random.default_rng(0).normal(size=(40, 3)) * 15.0)
     )
-    assert hit.curvature[:, 0] == pytest.approx(0.25, abs=1e-8)
+    # The foot is known to about 1e-7 mm, and the curvature of the patch changes by as much.
+    assert hit.curvature[:, 0] == pytest.approx(0.25, abs=1e-7)

@@ -1,0 +1,42 @@
+"""The benchmarks of `cadlink bench` that need no CAD file."""
+
+import pytest
+
+from plugins import bench_elements, bench_shell
+
+
+def test_shell_rows_carry_errors_against_the_published_answers(tmp_path):
+    done = list(bench_shell.rows(["cantilever"], range(2)))
+    for kind in ("lattice", "unstructured"):
+        errors = [max(abs(e) for _, _, e in row["values"].values()) for row in done if row["mesh"] == kind]
+        assert errors[-1] < 0.01
+    coarse, fine = (row for row in done if row["mesh"] == "lattice")
+    assert abs(fine["values"]["w"][2]) < 0.4 * abs(coarse["values"]["w"][2])  # second order: a quarter
+    assert bench_shell.line_of(fine)[0] == "cantilever"
+    bench_shell.plot(done, tmp_path / "shell.png")
+    assert (tmp_path / "shell.png").stat().st_size > 10_000
+
+
+def test_roll_up_by_an_edge_moment():
+    row = bench_shell.measure("roll-up", "lattice", 1)
+    assert max(abs(e) for _, _, e in row["values"].values()) < 0.006
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["lattice", "unstructured"])
+@pytest.mark.parametrize("problem", ["cantilever", "roll-up", "annular plate", "hemisphere", "hinged roof"])
+def test_finest_meshes_are_within_a_per_cent(problem, kind):
+    row = bench_shell.measure(problem, kind, 2)
+    assert max(abs(e) for _, _, e in row["values"].values()) < 0.0105
+
+
+def test_an_unknown_problem_is_one_line():
+    with pytest.raises(bench_shell.BenchError, match="found problem 'nothing', expected some of cantilever"):
+        bench_shell.checked(["nothing"])
+
+
+def test_times_per_element():
+    rows = bench_elements.rows(n_side=6, repeats=1)
+    assert [row["element"] for row in rows] == list(bench_elements.ELEMENTS)
+    assert all(row["explicit"] > 0.0 and row["flowing"] > 0.5 for row in rows)
+    assert rows[2]["material"] > rows[0]["material"]
