@@ -23,7 +23,7 @@ demo: $(STAMP)   ## draw the NUMISHEET'93 square cup and compare it with measure
 test: $(STAMP)   ## lint, format check and the quick tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/python -m pytest -q $(ARGS)
+	$(BIN)/python -m pytest -q -n auto --dist loadfile $(ARGS)
 
 validate: $(STAMP)  ## the slow tests: convergence studies and published numbers
 	$(BIN)/python -m pytest -q -m slow $(ARGS)

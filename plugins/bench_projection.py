@@ -209,7 +209,7 @@ def facets(shape, chord):
 def igl_search(corners, cells):
     """points -> distance to the facets by libigl; None where it is not installed."""
     try:
-        import igl
+        import igl  # pyright: ignore[reportMissingImports]
     except ImportError:
         return None
     import numpy as np
@@ -220,7 +220,7 @@ def igl_search(corners, cells):
 def open3d_search(corners, cells):
     """The same by Open3D, which computes in single precision."""
     try:
-        import open3d
+        import open3d  # pyright: ignore[reportMissingImports]
     except ImportError:
         return None
     import numpy as np

@@ -28,5 +28,5 @@ def least_supports(x, fixed, planes, clamped):
     if free.shape[1] == 0:
         return np.zeros((2, 0), dtype=np.int64)
     left = np.where(fixed[:, :, None], 0.0, motions @ free).reshape(-1, free.shape[1])
-    _, _, order = qr(left.T, mode="economic", pivoting=True)
+    order = qr(left.T, mode="economic", pivoting=True)[-1]
     return np.stack(np.divmod(order[: free.shape[1]], 3))

@@ -109,7 +109,7 @@ def test_options_of_the_method_reach_it():
         ({"tool": {}}, "tool: unknown key; did you mean 'tools'?"),
         ({"blank__thickness": -0.81}, "blank.thickness: found -0.81, expected a length above 0 in mm"),
         ({"blank__size": "2.5 kN"}, 'blank.size: found "2.5 kN", not a length, expected a length above 0'),
-        ({"blank__arrangement": "tidy"}, "blank.arrangement: found \"tidy\", expected 'structured' or"),
+        ({"blank__arrangement": "tidy"}, "blank.arrangement: found \"tidy\", expected 'structured', "),
         ({"blank__symmetry": ["x", "x"]}, "blank.symmetry: found ['x', 'x'], expected each axis once"),
         ({"blank__outline": {"disc": 50}}, "blank: found part and outline, expected one of them"),
         ({"blank__part": None}, "blank: found neither part nor outline, expected one of them"),
