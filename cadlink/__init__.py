@@ -15,7 +15,7 @@ _HOME = {
     "Assembly": "cadlink.step",
     "Part": "cadlink.step",
     "ToolSurface": "cadlink.surface",
-    "Projection": "cadlink.surface",
+    "Projection": "cadlink.projection",
     "FacetSurface": "cadlink.facets",
     "PlaneSurface": "cadlink.primitive_surfaces",
     "CylinderSurface": "cadlink.primitive_surfaces",

@@ -21,7 +21,7 @@ from cadlink.facet_mesh import (
 )
 from cadlink.facet_tree import build_facet_tree
 from cadlink.nagata import bulge_and_bend, corner_frames, patch_boxes, patch_coefficients, side_curves
-from cadlink.surface import Projection
+from cadlink.projection import checked_points, checked_seed, empty_projection
 
 KINDS = {"element": ELEMENT, "nodal": NODAL, "nagata": NAGATA}
 CREASE = 40.0  # degrees: Nagata patches that meet at more keep their edge
@@ -112,27 +112,11 @@ class FacetSurface:
             those of a sharp edge. `face` is the cell's number, or its
             label
         """
-        points = np.ascontiguousarray(points, float)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise ValueError(f"points must be (n, 3), found {points.shape}")
-        if not np.isfinite(points).all():
-            raise ValueError("points must be finite, found nan or inf")
-        n = len(points)
-        if seed is None:
-            seed = np.full((n, 3), -1.0)
-        elif np.shape(seed) != (n, 3):
-            raise ValueError(f"seed must be ({n}, 3) for {n} points, found {np.shape(seed)}")
-        hit = Projection(
-            np.empty(n),
-            np.empty((n, 3)),
-            np.empty((n, 3)),
-            np.empty((n, 2)),
-            np.empty((n, 3)),
-            np.empty(n, np.int64),
-            np.empty((n, 3)),
-        )
-        if n:
-            project_on_facets(self.skin, self.kind, self.tie, points, np.ascontiguousarray(seed, float), *hit)
+        points = checked_points(points)
+        seed = checked_seed(seed, len(points), 3, -1.0)
+        hit = empty_projection(len(points), 3)
+        if len(points):
+            project_on_facets(self.skin, self.kind, self.tie, points, seed, *hit)
         return hit
 
 

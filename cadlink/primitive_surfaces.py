@@ -11,8 +11,8 @@ from numba import njit, prange
 
 from cadlink.errors import CadError
 from cadlink.primitives import foot_on_form, shape_on_form
+from cadlink.projection import checked_points, empty_projection
 from cadlink.records import CONE, CYLINDER, PLANE, SPHERE, TORUS
-from cadlink.surface import Projection
 
 SHARP = 1e12  # 1/mm, stands for the curvature of an apex
 FORM = np.dtype([("form", "i8"), ("frame", "f8", (4, 3)), ("size", "f8", 2), ("sense", "f8")])
@@ -67,22 +67,9 @@ class PrimitiveSurface:
 
     def project(self, points, seed=None):
         """Closest points as Projection. points : (n, 3) mm; seed : not needed, taken for the sake of the call."""
-        points = np.ascontiguousarray(points, float)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise ValueError(f"points must be (n, 3), found {points.shape}")
-        if not np.isfinite(points).all():
-            raise ValueError("points must be finite, found nan or inf")
-        n = len(points)
-        hit = Projection(
-            np.empty(n),
-            np.empty((n, 3)),
-            np.empty((n, 3)),
-            np.empty((n, 2)),
-            np.empty((n, 3)),
-            np.empty(n, np.int64),
-            np.empty((n, 3)),
-        )
-        if n:
+        points = checked_points(points)
+        hit = empty_projection(len(points), 3)
+        if len(points):
             project_on_form(self.form, points, *hit)
         return hit
 

@@ -7,6 +7,7 @@ import numpy as np
 from cadlink.bezier import split
 from cadlink.child import in_child
 from cadlink.errors import CadError
+from cadlink.projection import checked_points, checked_seed
 
 CUTTER = "cadlink.plane_cut"
 TIMEOUT = 300.0  # s
@@ -106,23 +107,16 @@ class Profile:
         """
         from cadlink.profile_closest import pack_profile, project_on_profile  # numba loads when asked for
 
-        points = np.ascontiguousarray(points, float)
-        if points.ndim != 2 or points.shape[1] != 2:
-            raise ValueError(f"points must be (n, 2), found {points.shape}")
-        if not np.isfinite(points).all():
-            raise ValueError("points must be finite, found nan or inf")
+        points = checked_points(points, 2)
         n = len(points)
-        if seed is None:
-            seed = np.full((n, 2), -1.0)
-        elif np.shape(seed) != (n, 2):
-            raise ValueError(f"seed must be ({n}, 2) for {n} points, found {np.shape(seed)}")
+        seed = checked_seed(seed, n, 2, -1.0)
         if self.shape is None:
             self.shape = pack_profile(self.curves, SMOOTH, self.joined)
         hit = ProfileProjection(
             np.empty(n), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n, np.int64), np.empty((n, 2))
         )
         if n:
-            project_on_profile(self.shape, points, np.ascontiguousarray(seed, float), *hit)
+            project_on_profile(self.shape, points, seed, *hit)
         return hit
 
 

@@ -1,39 +1,15 @@
 """The exact skin of a tool: closest points, normals and curvatures of trimmed CAD faces."""
 
 import zlib
-from typing import NamedTuple
 
 import numpy as np
 
 from cadlink.closest import COLUMNS, Hints, project_points
 from cadlink.pick import pick_faces
+from cadlink.projection import checked_points, checked_seed, empty_projection
 from cadlink.skin import build_skin
 
 CELLS = 4096  # of the grid of hints, about
-
-
-class Projection(NamedTuple):
-    """Closest points of n given points, lengths in mm.
-
-    distance   (n,) signed: + outside the material, - inside; for an open shell + on the side its
-               normals point to
-    point      (n, 3) foot on the skin
-    normal     (n, 3) unit, out of the material: the gradient of `distance`
-    curvature  (n, 2) principal curvatures [1/mm], larger first, + where the tool bulges out;
-               1e12 (or -1e12) stands for the bend of a sharp edge
-    direction  (n, 3) unit, principal direction of curvature[:, 0]; the other one is
-               cross(normal, direction)
-    face       (n,) index of the face in the part (one of two at an edge)
-    seed       (n, 8) to be passed back with the same points after a small move
-    """
-
-    distance: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
-    curvature: np.ndarray
-    direction: np.ndarray
-    face: np.ndarray
-    seed: np.ndarray
 
 
 class ToolSurface:
@@ -65,34 +41,17 @@ class ToolSurface:
             hess d = sum k_i / (1 + k_i d) e_i e_i^T (theory 6)
         raises : ValueError for points or seeds of another shape or points that are not finite
         """
-        points = np.ascontiguousarray(points, float)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise ValueError(f"points must be (n, 3), found {points.shape}")
-        if not np.isfinite(points).all():
-            raise ValueError("points must be finite, found nan or inf")
-        n = len(points)
+        points = checked_points(points)
+        seed = checked_seed(seed, len(points), COLUMNS, 0.0)
         if self.hints is None:
             self.hints = hint_grid(self)
-        if seed is None:
-            seed = np.zeros((n, COLUMNS))
-        elif np.shape(seed) != (n, COLUMNS):
-            raise ValueError(f"seed must be ({n}, {COLUMNS}) for {n} points, found {np.shape(seed)}")
-        return project(self.skin, self.hints, self.stamp, points, np.ascontiguousarray(seed, float))
+        return project(self.skin, self.hints, self.stamp, points, seed)
 
 
 def project(skin, hints, stamp, points, seed):
     """Projection of checked points."""
-    n = len(points)
-    hit = Projection(
-        np.empty(n),
-        np.empty((n, 3)),
-        np.empty((n, 3)),
-        np.empty((n, 2)),
-        np.empty((n, 3)),
-        np.empty(n, np.int64),
-        np.empty((n, COLUMNS)),
-    )
-    if n:
+    hit = empty_projection(len(points), COLUMNS)
+    if len(points):
         project_points(skin, hints, stamp, points, seed, *hit)
     return hit
 
