@@ -138,7 +138,7 @@ def plot(done, png):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    fig, axes = plt.subplots(1, 2, figsize=(11, 4.6), sharey=True, layout="constrained")
+    fig, axes = plt.subplots(1, 2, figsize=(12, 4.6), sharey=True, layout="constrained")
     for axis, kind in zip(axes, MESHES):
         for k, name in enumerate(PROBLEMS):
             mine = [row for row in done if row["problem"] == name and row["mesh"] == kind and "failed" not in row]
@@ -150,6 +150,6 @@ def plot(done, png):
         axis.set(title=kind, xlabel="nodes", ylim=(0.05, 50.0))
         axis.grid(alpha=0.3, which="both")
     axes[0].set_ylabel("largest error [%]")
-    axes[1].legend(fontsize=8, loc="lower left")
+    fig.legend(*axes[1].get_legend_handles_labels(), fontsize=8, loc="outside right center")
     fig.savefig(png, dpi=130)
     plt.close(fig)
