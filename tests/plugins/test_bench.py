@@ -22,12 +22,21 @@ def test_roll_up_by_an_edge_moment():
     assert max(abs(e) for _, _, e in row["values"].values()) < 0.006
 
 
+# The problems of docs/shell.md that the element meets within a per cent; the others are named there as not met.
+WITHIN_A_PER_CENT = [
+    *(("cantilever", kind) for kind in bench_shell.MESHES),
+    *(("roll-up", kind) for kind in bench_shell.MESHES),
+    ("annular plate", "lattice"),
+    *(("hemisphere", kind) for kind in bench_shell.MESHES),
+    *(("hinged roof", kind) for kind in bench_shell.MESHES),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["lattice", "unstructured"])
-@pytest.mark.parametrize("problem", ["cantilever", "roll-up", "annular plate", "hemisphere", "hinged roof"])
+@pytest.mark.parametrize("problem, kind", WITHIN_A_PER_CENT)
 def test_finest_meshes_are_within_a_per_cent(problem, kind):
     row = bench_shell.measure(problem, kind, 2)
-    assert max(abs(e) for _, _, e in row["values"].values()) < 0.0105
+    assert max(abs(e) for _, _, e in row["values"].values()) < 0.01
 
 
 def test_an_unknown_problem_is_one_line():
