@@ -6,6 +6,7 @@ import os
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 from .errors import SceneError, StepFailed
+from .explicit.method import Explicit, Kinematic, Penalty, Touch
 from .form import form
 from .implicit.method import Implicit, Increments, Newton
 from .materials.chaboche import ArmstrongFrederick, Chaboche
@@ -26,9 +27,9 @@ from .results import Frame, Progress, Results
 from .scene import Blank, Coulomb, Membrane, Scene, Shell, Stage, Tool
 
 __all__ = [
-    "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Frame", "Hill48", "Hill90",
-    "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Law", "LimitCurve", "Ludwik", "Material", "Membrane",
-    "Newton", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Shell", "Stage",
-    "StepFailed", "Sum", "Swift", "Table", "Tool", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000",
+    "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Explicit", "Frame", "Hill48", "Hill90",
+    "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Kinematic", "Law", "LimitCurve", "Ludwik", "Material",
+    "Membrane", "Newton", "Penalty", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError", "Shell", "Stage",
+    "StepFailed", "Sum", "Swift", "Table", "Tool", "Touch", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000",
     "YoshidaUemori", "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
 ]  # fmt: skip

@@ -17,7 +17,6 @@ from .contact.search import Neighbourhood
 from .energy import Energy
 from .errors import SceneError, StepFailed
 from .implicit.equilibrium import ToolRun
-from .implicit.increments import march, start_march
 from .implicit.method import Implicit
 from .motion import place_tools
 from .recording import Recorder
@@ -31,7 +30,7 @@ log = logging.getLogger("cadlink")
 def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     """Form the blank.
 
-    method : Implicit(), the default
+    method : Implicit(), the default, or Explicit()
     save : path ending in .pvd (or a writer object with write(frame) and close()); a checkpoint goes beside it
     frames : number of frames per stage, at equal steps of the stroke
     watch : called with Progress after each increment
@@ -44,7 +43,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     old, new = (first_state(scene, sheet) for _ in range(2))
     driven = tuple(name for name, tool in scene.tools.items() if tool.force)
     results = Results(plan=scene.plan(), lifted=driven)
-    recorder, energy = Recorder(scene, sheet), Energy(sheet)
+    recorder, energy = Recorder(scene, sheet), Energy()
     checkpoint = Path(save).parent / "checkpoint.h5" if isinstance(save, (str, Path)) else None
     first_stage, begun = load_checkpoint(checkpoint, scene, old, results, energy) if resume else (0, None)
     writer = open_writer(save, scene, resume)
@@ -53,14 +52,15 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     try:
         for k in range(first_stage, len(scene.stages)):
             stage = scene.stages[k]
+            how = method.of(stage)
             if begun is None:
-                begun = start_march(stage, sheet, method, close_tools(sheet, stage, old))
-            tools = tool_runs(scene, sheet, stage, method, begun.placed)
+                begun = how.start(stage, sheet, close_tools(sheet, stage, old))
+            tools = tool_runs(scene, sheet, stage, how, begun.placed)
             stops = np.linspace(0.0, 1.0, frames + 1)[1:]
             if begun.fraction == -1.0:
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
-            for step in march(sheet, stage, tools, old, new, begun, method, stops):
-                energy.add(old, new, tools, step.torsion_work)
+            for step in how.march(sheet, stage, tools, old, new, begun, stops):
+                energy.add(step.work)
                 old.copy_from(new)
                 recorder.row(k, step, old, energy, results)
                 here = k, step.march

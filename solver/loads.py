@@ -36,7 +36,7 @@ class Loads:
 
     def apply(self, sheet, fraction, stiffness):
         """Fill sheet.external (n + k, 3) [N] at a fraction; subtract the derivative of loads that follow the sheet from
-        the triangles' stiffness (m, d, d)."""
+        the triangles' stiffness (m, d, d), left out where that is empty."""
         external, rise = sheet.external, max(fraction, 0.0)
         external[:] = 0.0
         n = len(sheet.x)
@@ -48,7 +48,8 @@ class Loads:
             external += fraction * self.relief
         for edge, moment in self.moments:
             edge.add(sheet.x, rise * moment, external)
-            edge.subtract_tangent(sheet.x, rise * moment, stiffness)
+            if len(stiffness):
+                edge.subtract_tangent(sheet.x, rise * moment, stiffness)
 
 
 def edge_shares(sheet, nodes):

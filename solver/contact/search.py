@@ -31,10 +31,14 @@ class Neighbourhood:
         near = np.flatnonzero(bound <= reach)
         self.n_asked += len(points)
         self.n_projected += len(near)
-        hit = self.surface.project(points[near], self.seeds(near))
+        return near, self.project_these(near, points[near])
+
+    def project_these(self, nodes, points):
+        """Exact projection of these nodes, remembered. nodes : (k,); points : (k, 3) in the tool's frame"""
+        hit = self.surface.project(points, self.seeds(nodes))
         if self.seed is None:
-            self.seed = np.zeros((len(points), *hit.seed.shape[1:]), dtype=hit.seed.dtype)
-        self.place[near] = points[near]
-        self.distance[near] = hit.distance
-        self.seed[near] = hit.seed
-        return near, hit
+            self.seed = np.zeros((len(self.distance), *hit.seed.shape[1:]), dtype=hit.seed.dtype)
+        self.place[nodes] = points
+        self.distance[nodes] = hit.distance
+        self.seed[nodes] = hit.seed
+        return hit

@@ -11,7 +11,9 @@ from numba import njit, prange
 @njit(parallel=True, cache=True)
 def pressure_forces(x, cells, pressure, force, stiffness):
     """Fills force (m, 3, 3) with the nodal forces of a pressure [N] and subtracts their derivative from
-    stiffness (m, d, d), whose first nine unknowns are the nodes' [N/mm]. pressure : MPa, x : (n, 3)."""
+    stiffness (m, d, d), whose first nine unknowns are the nodes' [N/mm], where that is not
+    empty. pressure : MPa, x : (n, 3)."""
+    wanted = stiffness.shape[0] > 0
     for tri in prange(cells.shape[0]):
         n1, n2, n3 = cells[tri]
         u, v = np.empty(3), np.empty(3)
@@ -22,6 +24,8 @@ def pressure_forces(x, cells, pressure, force, stiffness):
             area = u[c1] * v[c2] - u[c2] * v[c1]
             for i in range(3):
                 force[tri, i, c] = -pressure / 6.0 * area
+                if not wanted:
+                    continue
                 # Derivative of the cross product's component c with respect to u and v.
                 for d, du, dv in ((c1, v[c2], -u[c2]), (c2, -v[c1], u[c1])):
                     stiffness[tri, 3 * i + c, 3 + d] += pressure / 6.0 * du

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..elements.formulation import Membrane
+from ..energy import work_of
 from ..errors import StepFailed
 from .equilibrium import Equilibrium
 from .newton import Outcome, solve_increment
@@ -32,13 +33,13 @@ class March(NamedTuple):
 
 
 class Accepted(NamedTuple):
-    """An increment that converged: the march after it, how Newton went, cut-backs before it, work of the torsion
-    stabilisation [mJ]."""
+    """An increment that converged: the march after it, how Newton went, cut-backs before it, and the work of
+    everything in it, {name: mJ}."""
 
     march: March
     outcome: Outcome
     n_cut_backs: int
-    torsion_work: float
+    work: dict
 
 
 def widths(stage, sheet, increments):
@@ -103,7 +104,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
         place = onward(place, width, outcome.iterations, old, new, first, RELIEF if relieving else largest, method)
         place = place._replace(fraction=1.0 if fraction == end else fraction)
-        yield Accepted(place, outcome, cuts, sheet.elements.stabilisation_work(old.sheet, new.sheet))
+        yield Accepted(place, outcome, cuts, work_of(sheet, old, new, tools))
 
 
 def onward(place, width, iterations, old, new, first, largest, method):

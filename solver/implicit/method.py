@@ -52,3 +52,19 @@ class Implicit:
     stick: float = 0.03
     skin: float = 3e-3
     penetration: float = 1e-3
+
+    def of(self, stage):
+        """The method that runs a stage."""
+        return self
+
+    def start(self, stage, sheet, placed):
+        """March of a stage not yet begun."""
+        from .increments import start_march
+
+        return start_march(stage, sheet, self, placed)
+
+    def march(self, sheet, stage, tools, old, new, begun, stops):
+        """Run a stage; see implicit/increments.py."""
+        from .increments import march
+
+        return march(sheet, stage, tools, old, new, begun, self, stops)

@@ -29,6 +29,7 @@ class Material:
         which move the yield surface too
     name : heads reports
     rate : CowperSymonds or PowerLawRate; counts where increments have a length in time
+    density : tonne/mm^3, that of steel; quasi-static forming does not depend on it
     """
 
     young: float
@@ -37,12 +38,17 @@ class Material:
     hardening: Callable | Any
     name: str = "sheet"
     rate: Any = None
+    density: float = 7.85e-9
 
     def __post_init__(self):
         if not (np.isfinite(self.young) and self.young > 0.0):
             raise SceneError(f"material Young's modulus: found {self.young!r}, expected MPa above 0")
         if not 0.0 <= self.poisson < 0.5:
             raise SceneError(f"material Poisson's ratio: found {self.poisson!r}, expected 0 up to 0.5")
+        if not (np.isfinite(self.density) and self.density > 0.0):
+            raise SceneError(
+                f"material density: found {self.density!r}, expected tonne/mm^3 above 0, as 7.85e-9 of steel"
+            )
         if not isinstance(self.locus, LOCI):
             raise SceneError(f"material locus: found {self.locus!r}, expected a yield locus such as VonMises()")
         if not (callable(self.hardening) or hasattr(self.hardening, "data")):

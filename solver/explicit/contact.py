@@ -1,0 +1,255 @@
+"""Rigid tools in explicit steps, three ways behind one call: kinematic, touch and penalty (theory.md 10).
+
+Symbols, of one node: g gap of its skin after the predicted step, n the tool's normal there, w velocity of the tool;
+v, u its velocity and place as predicted; m mass, N normal force, tau friction force. A law changes the velocity by
+dv along n; then N = m dv/dtm. Friction takes from the tangential velocity relative to the tool what it needs to stop
+it, and no more than mu dv.
+
+A node that several tools touch meets them one after the other, those driven by a force first and those that stand
+still last. Pinched between two, it is pushed by each out of the overlap that the other leaves: both feel a spring
+of stiffness m/dt^2, the stiffest that a node can carry, and the last one is met exactly.
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit, prange
+
+from ..contact.node_on_tool import OPEN, SLIP, STICK
+from .method import Kinematic, Penalty, Touch
+
+KINEMATIC, TOUCH, PENALTY = 0, 1, 2
+GRIP = 0.1  # part of the normal that has to lie along free directions
+
+
+def law_of(contact, dt):
+    """Number of a law and its parameter. dt : stable step at the stage's start [s]"""
+    if isinstance(contact, Penalty):
+        return PENALTY, contact.stiffness / dt**2
+    if isinstance(contact, Touch):
+        return TOUCH, float(contact.restitution)
+    assert isinstance(contact, Kinematic)
+    return KINEMATIC, 0.0
+
+
+@njit(cache=True)
+def wake(points, n, shift, place, distance, reach, near):
+    """Fills near with the nodes that may lie closer to the tool than their reach; returns how many.
+
+    points : the first n rows are nodes; shift : (3,) travel of the tool; place (n, 3), distance (n,): where each was
+    projected last, in the tool's frame, and how far from it; the distance changes by no more than the node moves.
+    """
+    count = 0
+    for node in range(n):
+        slack = distance[node] - reach[node]
+        if slack > 0.0:
+            moved = 0.0
+            for c in range(3):
+                moved += (points[node, c] - shift[c] - place[node, c]) ** 2
+            if moved < slack * slack:
+                continue
+        near[count] = node
+        count += 1
+    return count
+
+
+@njit(forceinline=True)
+def bounce(gap, approach, pull, dt, restitution):
+    """A step divided at the instant of first touch.
+
+    gap : at the step's start; approach : velocity of the gap then; pull : its acceleration, constant
+    returns : gap at the end, velocity of the gap half a step before the end's next one (as `predict` counts it)
+    """
+    # First root of gap + approach tau + pull tau^2 / 2; a node already overlapping touches at once.
+    tau = 0.0
+    if gap > 0.0:
+        # gap at the end is negative, so there is one root within the step
+        root = sqrt(max(approach * approach - 2.0 * pull * gap, 0.0))
+        tau = min(max(2.0 * gap / (root - approach), 0.0), dt) if root > approach else dt
+    left = dt - tau
+    back = -restitution * min(approach + pull * tau, 0.0)
+    end = back * left + 0.5 * pull * left * left
+    if end <= 0.0:
+        return 0.0, 0.0
+    return end, back + pull * left - 0.5 * pull * dt
+
+
+@njit(parallel=True, cache=True)
+def meet_tool(
+    law, parameter, near, distance, normal, half_thickness, mass, free, mu, w, dt, dtm, v,
+    u_new, v_new, gap, normal_force, n_new, tau, status,
+):  # fmt: skip
+    """Puts the nodes that overlap a tool back, and gives them their friction.
+
+    parameter : restitution of a touch; stiffness of a penalty over the node's mass [1/s^2]
+    near : (k,) nodes; distance (k,), normal (k, 3) of their projection after the predicted step (penalty: before it)
+    half_thickness (n,), mass (n,); free : (n, 3) 1 where a node may move; w : (3,) mm/s;
+    v : before the step
+    changes u_new, v_new (n, 3); fills gap (n,), normal_force (n,), n_new (n, 3), tau (n, 3), status (n,) of these nodes
+    """
+    for k in prange(near.shape[0]):
+        node = near[k]
+        m = mass[node]
+        d = distance[k] - half_thickness[node]
+        gap[node] = d
+        hold = vn = 0.0
+        for c in range(3):
+            hold += free[node, c] * normal[k, c] * normal[k, c]
+            vn += (v_new[node, c] - w[c]) * normal[k, c]
+        normal_force[node], status[node] = 0.0, OPEN
+        for c in range(3):
+            tau[node, c] = 0.0
+        if d >= 0.0 or hold < GRIP:
+            continue
+        # Along the normal.
+        if law == KINEMATIC:
+            dv = -d / (dt * hold)
+            lift = dt * dv
+        elif law == PENALTY:
+            dv = -d * parameter * dtm / hold
+            lift = dt * dv
+        else:
+            before = 0.0
+            for c in range(3):
+                before += (v[node, c] - w[c]) * normal[k, c]
+            pull = (vn - before) / dtm
+            start = d - dt * vn
+            end, after = bounce(start, vn - 0.5 * dt * pull, pull, dt, parameter)
+            dv, lift = (after - vn) / hold, (end - d) / hold
+        force = m * dv / dtm
+        # Across it.
+        sliding = 0.0
+        for c in range(3):
+            slide = free[node, c] * (v_new[node, c] - w[c] - vn * normal[k, c])
+            tau[node, c] = slide
+            sliding += slide * slide
+        sliding = sqrt(sliding)
+        stopped = mu * dv
+        factor = 0.0
+        if mu > 0.0 and sliding > 0.0:
+            factor = -min(1.0, stopped / sliding)
+        status[node] = STICK if mu > 0.0 and sliding <= stopped else SLIP
+        normal_force[node] = force
+        for c in range(3):
+            slowed = factor * tau[node, c]
+            tau[node, c] = m * slowed / dtm
+            n_new[node, c] = normal[k, c]
+            v_new[node, c] += free[node, c] * dv * normal[k, c] + slowed
+            u_new[node, c] += free[node, c] * lift * normal[k, c] + dt * slowed
+
+
+@njit(cache=True)
+def contact_work(near, normal_force, normal, tau, v, v_new, w, dtm, mass, total):
+    """Fills total (7,): work of the tool, lost in contact, lost in friction [mJ]; impulse on the sheet (3,) [N s]; mass
+    of the touching nodes [tonne]."""
+    total[:] = 0.0
+    for k in range(near.shape[0]):
+        node = near[k]
+        if normal_force[node] == 0.0:
+            continue
+        total[6] += mass[node]
+        for c in range(3):
+            push = normal_force[node] * normal[node, c]
+            path = (0.5 * (v[node, c] + v_new[node, c]) - w[c]) * dtm
+            total[0] += (push + tau[node, c]) * w[c] * dtm
+            total[1] -= push * path
+            total[2] -= tau[node, c] * path
+            total[3 + c] += (push + tau[node, c]) * dtm
+
+
+@njit(cache=True)
+def release(near, normal_force, tau, status):
+    """Opens these nodes."""
+    for k in range(near.shape[0]):
+        node = near[k]
+        normal_force[node], status[node] = 0.0, OPEN
+        for c in range(3):
+            tau[node, c] = 0.0
+
+
+class ToolContact:
+    """One tool of a stage: who is near, where they meet it, and the tool's own movement.
+
+    run : ToolRun; contact : ContactState, filled in place; law : (number, parameter); mass : (n,); free : (n, 3);
+    inertia : of a tool driven by a force [tonne]
+    """
+
+    def __init__(self, run, contact, law, mass, free, inertia):
+        self.run, self.contact, self.inertia = run, contact, inertia
+        self.law, self.parameter = law
+        self.mass, self.free = mass, free
+        self.room = np.empty(len(mass), dtype=np.int64), np.empty(len(mass), dtype=np.int64)
+        self.near = self.room[0][:0]
+        self.total = np.zeros(7)
+        self.velocity = 0.0  # along the axis [mm/s]
+        self.reaction = 0.0  # of the sheet along the axis in the last step [N]
+        self.impulse = np.zeros(3)  # on the tool since the last record [N s]
+
+    def travel_to(self, travel, dt):
+        """Move a tool of prescribed travel over a step."""
+        self.velocity = (travel - self.contact.travel[0]) / dt
+        self.contact.travel[0] = travel
+
+    def be_driven(self, load, dt, dtm):
+        """Move a tool by its load, the sheet's reaction, and the damping of its bounce on the sheet.
+
+        The sheet holds it as springs of stiffness m/dt^2, omega dt = sqrt(sum m/M). The damper of critical strength
+        acts on the change of the reaction, so that it resists no steady movement.
+        """
+        reaction = -(self.total[3:6] @ self.run.axis) / dtm
+        touching = self.total[6] / self.inertia
+        bounce = 2.0 / np.sqrt(touching) * (reaction - self.reaction) if touching > 0.0 else 0.0
+        self.reaction = reaction
+        self.velocity += dtm / self.inertia * (self.run.press * load + reaction + bounce)
+        self.contact.travel[0] += dt * self.velocity
+
+    def meet(self, u, v, half_thickness, dt, dtm, u_new, v_new):
+        """Let the nodes touch the tool at the end of their predicted step."""
+        contact, watch = self.contact, self.run.neighbourhood
+        w = self.velocity * self.run.axis
+        shift, points = contact.travel[0] * self.run.axis, u_new
+        if self.law == PENALTY:
+            shift, points = shift - dt * w, u
+        release(self.near, contact.normal_force, contact.friction_force, contact.status)
+        self.room = self.room[::-1]
+        n = len(half_thickness)
+        count = wake(points, n, shift, watch.place, watch.distance, half_thickness, self.room[0])
+        self.near = near = self.room[0][:count]
+        watch.n_asked += n
+        watch.n_projected += count
+        if not count:
+            return
+        hit = watch.project_these(near, points[near] - shift)
+        meet_tool(
+            self.law, self.parameter, near, hit.distance, hit.normal, half_thickness, self.mass, self.free,
+            self.run.tool.mu, w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force, contact.normal,
+            contact.friction_force, contact.status,
+        )  # fmt: skip
+
+    def work(self, v, v_new, dtm, sums):
+        """Add the step's work of the tool, contact and friction to sums [mJ], once all tools have been met."""
+        contact = self.contact
+        w = self.velocity * self.run.axis
+        contact_work(
+            self.near, contact.normal_force, contact.normal, contact.friction_force, v, v_new, w, dtm, self.mass,
+            self.total,
+        )  # fmt: skip
+        sums["external"] += self.total[0]
+        sums["contact"] += self.total[1]
+        sums["friction"] += self.total[2]
+        self.impulse -= self.total[3:6]
+
+    def record(self, half_thickness, span):
+        """Finish the contact's state: its force is the mean over the span [s] since the last record."""
+        contact = self.contact
+        contact.force[:] = self.impulse / span
+        self.impulse[:] = 0.0
+        far = np.ones(len(half_thickness), dtype=bool)
+        far[self.near] = False
+        contact.gap[far] = (self.run.neighbourhood.distance - half_thickness)[far]
+        contact.multiplier[:] = contact.normal_force
+
+
+def in_order(tools):
+    """Tools in the order in which nodes meet them: driven by a force, travelling, standing still."""
+    return sorted(tools, key=lambda run: 0 if run.load > 0.0 else 1 if run.tool.travel is not None else 2)

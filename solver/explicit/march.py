@@ -1,0 +1,273 @@
+"""The explicit march through one stage: move the tools, predict, meet the tools, strain, material, forces; again.
+
+A stage is prepared over fractions -1..0 of its own: what the last one left unbalanced fades, and tools that press come
+to bear. Then the tools travel, 0..1, as `pacing.py` says. Records come at equal steps of the stroke; forces in them
+are means over the time since the last one.
+"""
+
+import logging
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..elements.assembly import gather_forces, gather_thickness
+from ..energy import NAMES
+from ..errors import StepFailed
+from ..implicit.increments import NEGLIGIBLE, March
+from ..loads import Loads
+from .central_differences import account, n_chunks, predict, through_thickness
+from .contact import ToolContact, in_order, law_of
+from .mass import lumped_masses, scaled_density, wave_steps
+from .pacing import pace
+from .stable_step import StableStep
+
+log = logging.getLogger("cadlink")
+RECORDS = 200  # of a stage, about
+LOOKS = 50  # at the stable step in a stage
+BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
+TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
+HISTORY = ("strain", "plastic", "equivalent", "history", "stress")
+
+
+class Steps(NamedTuple):
+    """How the steps since the last record went."""
+
+    iterations: int
+    residuals: list
+
+
+class Recorded(NamedTuple):
+    """What the march yields: see implicit Accepted. work : {name: mJ} since the last record"""
+
+    march: March
+    outcome: Steps
+    n_cut_backs: int
+    work: dict
+
+
+def start_march(stage, sheet, placed):
+    """A stage not yet begun, its sheet at rest."""
+    return March(-1.0, 0.0, np.zeros(sheet.held.shape), {tool.name: 0.0 for tool in stage.tools}, placed)
+
+
+class Dynamics:
+    """One stage of one sheet: everything a step needs, allocated once.
+
+    state : State that the steps change in place
+    """
+
+    def __init__(self, sheet, stage, tools, state, method, begun):
+        self.sheet, self.method, self.state, self.stage = sheet, method, state, stage
+        material, elements = sheet.blank.material, sheet.elements
+        n, m = len(sheet.points), len(sheet.triangles.cells)
+        self.fixed = sheet.held.copy()
+        self.movement = np.zeros(self.fixed.shape)
+        for group, movement in stage.moved.items():
+            for axis, distance in enumerate(movement):
+                if distance is not None:
+                    nodes = sheet.blank.nodes_of(group)
+                    self.fixed[nodes, axis], self.movement[nodes, axis] = True, distance
+        plain = np.full(m, material.density)
+        density = scaled_density(sheet, plain, method.scaled)
+        self.added_mass = float(density @ sheet.triangles.volume / (plain @ sheet.triangles.volume) - 1.0)
+        self.density = density
+        self.mass = lumped_masses(sheet, density)
+        self.pacing = pace(sheet, method)
+        self.damping = method.damping * method.waves / self.pacing.duration
+        self.stable = StableStep(sheet, self.mass, self.fixed)
+        self.thickness, self.half = sheet.thickness(state.sheet.thickness_strain), np.empty(n)
+        self.gather_half()
+        self.limit = method.safety * self.stable.limit(state.sheet)
+        self.wave = self.fastest()
+        self.loads = Loads(sheet, stage)
+        free = (~self.fixed[:n]).astype(float)
+        law, inertia = law_of(method.contact, self.limit), TOOL_MASS * float(self.mass[:n].sum())
+        self.tools = [
+            ToolContact(run, state.tools[run.tool.name], law, self.mass, free, inertia) for run in in_order(tools)
+        ]
+        self.loaded = {run.tool.name: bool(state.tools[run.tool.name].status.any()) for run in tools}
+        for tool in self.tools:
+            tool.velocity = begun.rates[tool.run.tool.name]
+        self.slot_force = np.empty((*elements.slots.shape, 3))
+        self.v, self.v_new, self.u_new = begun.rate.copy(), np.zeros(self.fixed.shape), np.zeros(self.fixed.shape)
+        self.past = SimpleNamespace(**{name: getattr(state.sheet, name).copy() for name in HISTORY})
+        self.sums, self.energies = np.zeros((n_chunks(len(self.mass)), 3)), np.zeros(n_chunks(m))
+        self.no_tangents = np.zeros((0, 0, 0))
+        self.work = dict.fromkeys(NAMES, 0.0)
+        self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
+        self.count = 0
+
+    def gather_half(self):
+        """Half the thickness at the nodes."""
+        gather_thickness(self.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
+        self.half *= 0.5
+
+    def fastest(self):
+        """Least time in which a wave crosses a triangle now [s]."""
+        return float(wave_steps(self.sheet, self.state.sheet.x, self.density, self.thickness).min())
+
+    def look(self):
+        """Find the stable step anew."""
+        self.limit = self.method.safety * self.stable.limit(self.state.sheet)
+        self.wave = self.fastest()
+
+    def unbalanced(self):
+        """Forces of the sheet that nothing of this stage answers, (n + k, 3) [N]."""
+        residual, sheet = -self.state.sheet.internal, self.state.sheet
+        for tool in self.tools:
+            c = tool.contact
+            residual[: len(sheet.x)] += c.normal_force[:, None] * c.normal + c.friction_force
+        residual[self.fixed] = 0.0
+        return residual
+
+    def step(self, time, dt, dt_before):
+        """From `time` to time + dt."""
+        sheet, past = self.state.sheet, self.past
+        elements, material = self.sheet.elements, self.sheet.blank.material
+        dtm = 0.5 * (dt + dt_before)
+        start, end = self.pacing.fraction(time), self.pacing.fraction(time + dt)
+        ready = self.pacing.readiness(time)
+        if self.has_loads:
+            fraction = start if time >= 0.0 else min(ready, 1.0) - 1.0
+            self.loads.apply(sheet, fraction, self.no_tangents)
+        # Tools move, the sheet is predicted and meets them.
+        for tool in self.tools:
+            run = tool.run
+            if run.load > 0.0:
+                tool.be_driven(run.load if self.loaded[run.tool.name] else ready * run.load, dt, dtm)
+            elif run.tool.travel is not None:
+                tool.travel_to(run.start + end * run.tool.travel, dt)
+        predict(
+            sheet.u, self.v, self.mass, sheet.external, sheet.internal, self.fixed, self.movement, end - start, dt, dtm,
+            self.damping, self.u_new, self.v_new,
+        )  # fmt: skip
+        for tool in self.tools:
+            tool.meet(sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new)
+        for tool in self.tools:
+            tool.work(self.v, self.v_new, dtm, self.work)
+        account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
+        sheet.u, self.u_new = self.u_new, sheet.u
+        self.v, self.v_new = self.v_new, self.v
+        # Strain, material, forces: the past becomes scratch for what is new.
+        if self.count % BEGIN == 0:
+            elements.begin(sheet, sheet, material, self.method)
+        for name in HISTORY:
+            now = getattr(sheet, name)
+            setattr(sheet, name, getattr(past, name))
+            setattr(past, name, now)
+        elements.strain(sheet)
+        material.update(sheet.metric, past, sheet, tangent=False)
+        elements.forces(sheet, self.slot_force)
+        gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
+        through_thickness(
+            past.stress, sheet.stress, past.strain, sheet.strain, sheet.thickness_strain, elements.weight,
+            self.sheet.triangles.volume, self.sheet.blank.thickness, self.thickness, self.energies,
+        )  # fmt: skip
+        self.gather_half()
+        kinetic, outside, damped = self.sums.sum(axis=0)
+        self.kinetic = float(kinetic)
+        self.work["external"] += outside
+        self.work["damping"] += damped
+        self.work["internal"] += self.energies.sum()
+        self.count += 1
+
+    def record(self, span):
+        """Work since the last record, {name: mJ}; the contacts' states are finished."""
+        for tool in self.tools:
+            tool.record(self.half, span)
+        self.work["kinetic"] = self.kinetic - self.kinetic_recorded
+        self.kinetic_recorded = self.kinetic
+        done, self.work = self.work, dict.fromkeys(NAMES, 0.0)
+        return done
+
+
+def march(sheet, stage, tools, old, new, begun, method, stops):
+    """Run a stage from `begun` on; yields Recorded, with the state in `new` and the one recorded before in `old`.
+
+    tools : ToolRuns; stops : rising fractions that are met exactly. Raises StepFailed.
+    """
+    new.copy_from(old)
+    dynamics = Dynamics(sheet, stage, tools, new, method, begun)
+    pacing = dynamics.pacing
+    relief = begun.relief if begun.relief is not None else dynamics.unbalanced()
+    floor = 1e-3 * sheet.blank.material.initial_yield_stress * sheet.blank.thickness * sheet.size
+    relieves = bool(np.linalg.norm(relief) > NEGLIGIBLE * floor)
+    presses = any(run.load > 0.0 for run in tools)
+    place = begun._replace(relief=relief)
+    dynamics.loads.relief = relief if relieves else None
+    dynamics.has_loads = bool(relieves or stage.pressure or stage.forces or stage.moments)
+    if place.fraction == -1.0 and not relieves and not presses:
+        place = place._replace(fraction=0.0)
+    time = pacing.time(place.fraction)
+    log.info(
+        "stage %s: %.3g s in steps of %.3g s, about %d of them; %.2g %% of mass added",
+        stage.name, pacing.duration, dynamics.limit, (pacing.duration - time) / dynamics.limit,
+        100.0 * dynamics.added_mass,
+    )  # fmt: skip
+    dt = place.width if place.width > 0.0 else dynamics.limit
+    balance = Balance(sheet, method)
+    recorded, look, steps = time, time, 0
+    while place.fraction < 1.0:
+        target = 0.0 if time < 0.0 else pacing.time(stops[np.searchsorted(stops, place.fraction + 1e-9)])
+        due = min(target, pacing.time(record_after(place.fraction)))
+        while time < due:
+            if time - look > pacing.duration / LOOKS:
+                dynamics.look()
+                look = time
+            before, dt = dt, dynamics.limit
+            left = target - time
+            if left < 2.0 * dt:
+                dt = left if left <= dt else 0.5 * left
+            dynamics.step(time, dt, before)
+            time = target if left == dt else time + dt
+            steps += 1
+            if not np.isfinite(dynamics.kinetic):
+                raise StepFailed(
+                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: velocities are not numbers after "
+                    f"{dynamics.count} steps of {dt:.2e} s; lower safety below {method.safety:g}"
+                )
+        fraction = time / pacing.preparation if time < 0.0 else pacing.fraction(time)
+        if time == target:
+            fraction = 0.0 if time == 0.0 else stops[np.searchsorted(stops, place.fraction + 1e-9)]
+        work = dynamics.record(time - recorded)
+        drift = balance.add(work)
+        if drift > method.drift:
+            raise StepFailed(
+                f"stage {stage.name!r} at {100 * fraction:.2f} %: energy drifts by {100 * drift:.1f} % of the work "
+                f"done, limit {100 * method.drift:g} %; lower safety below {method.safety:g}"
+            )
+        place = place._replace(
+            fraction=float(fraction),
+            width=dt,
+            rate=dynamics.v.copy(),
+            rates={tool.run.tool.name: float(tool.velocity) for tool in dynamics.tools},
+        )
+        outcome = Steps(steps, [drift])
+        recorded, steps = time, 0
+        yield Recorded(place, outcome, 0, work)
+
+
+def record_after(fraction):
+    """The next fraction at which a record is due."""
+    k = np.floor(fraction * RECORDS + 1e-9) + 1.0
+    return min(float(k / RECORDS), 1.0)
+
+
+class Balance:
+    """Sums of work over the stage, and their drift."""
+
+    def __init__(self, sheet, method):
+        material = sheet.blank.material
+        volume = sheet.triangles.volume.sum()
+        # Below a hundredth of what the whole sheet can store elastically a share says nothing.
+        self.floor = 0.01 * material.initial_yield_stress**2 / material.young * volume
+        self.sums = dict.fromkeys(NAMES, 0.0)
+
+    def add(self, work):
+        """Energy not accounted for so far, relative to the work done."""
+        for name, value in work.items():
+            self.sums[name] += value
+        s = self.sums
+        rest = s["external"] - sum(s[name] for name in NAMES if name != "external")
+        return abs(rest) / max(abs(s["external"]), abs(s["internal"]), self.floor)

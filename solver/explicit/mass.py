@@ -1,0 +1,69 @@
+"""Lumped masses: of nodes, of edge slopes, and what is added to triangles that would hold up all others.
+
+A triangle gives a third of rho t A to each of its nodes. An edge slope phi is relative to its triangles, so its
+inertia adds nothing to rigid motions: I = K_phi (h/c)^2, K_phi its elastic stiffness, h the smallest altitude and
+c = sqrt(E/(rho (1 - nu^2))) the plate's wave speed (theory_shell.md 11).
+"""
+
+import numpy as np
+
+
+def altitudes(x, cells):
+    """Smallest altitude of each triangle (m,) [mm]."""
+    sides = x[cells[:, [1, 2, 0]]] - x[cells]
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return 2.0 * area / np.linalg.norm(sides, axis=2).max(axis=1)
+
+
+def wave_steps(sheet, x, density, thickness):
+    """Time (m,) [s] in which a plate wave crosses each triangle, shortened where bending is faster (theory_shell.md
+    11). x : (n, 3); density, thickness : of the triangles"""
+    material = sheet.blank.material
+    h = altitudes(x, sheet.triangles.cells)
+    steps = h / np.sqrt(material.young / (density * (1.0 - material.poisson**2)))
+    if sheet.elements.n_translations > 3:
+        thick = thickness > 0.5 * h
+        steps = np.where(thick, steps * np.minimum(1.0, h / (thickness * np.sqrt(1.2))), steps)
+    return steps
+
+
+def scaled_density(sheet, density, share):
+    """Density of each triangle (m,): raised where its step is short, until `share` of the blank's mass is added.
+
+    No triangle is raised beyond the step of the median; where the mass allowed does not do, all are raised to the
+    longest common step it does for.
+    """
+    volume = sheet.triangles.volume
+    steps = wave_steps(sheet, sheet.points, density, np.full(len(volume), sheet.blank.thickness))
+    target = np.median(steps)
+    allowed = share * volume.sum()
+    if np.sum(volume * np.maximum((target / steps) ** 2 - 1.0, 0.0)) > allowed:
+        # Added mass is a rising, piecewise quadratic function of the common step: find its piece.
+        order = np.argsort(steps)
+        s, v = steps[order], volume[order]
+        upto, slope = np.cumsum(v), np.cumsum(v / s**2)
+        reached = np.sqrt((allowed + upto) / slope)
+        target = reached[np.argmax(np.append(reached[:-1] <= s[1:], True))]
+    return density * np.maximum((target / steps) ** 2, 1.0)
+
+
+def lumped_masses(sheet, density):
+    """Mass of each unknown's row (n + k,) [tonne]. density : (m,) of the triangles"""
+    triangles, elements = sheet.triangles, sheet.elements
+    mass = np.zeros(len(sheet.held))
+    np.add.at(mass, triangles.cells.ravel(), np.repeat(density * triangles.volume / 3.0, 3))
+    if elements.n_slopes:
+        material, t = sheet.blank.material, sheet.blank.thickness
+        nu, edge = material.poisson, elements.patches.edge
+        bending = material.young * t**3 / (12.0 * (1.0 - nu**2))
+        d = bending * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
+        stiffness = triangles.area[:, None] * np.einsum("mvi,vw,mwi->mi", edge, d, edge)
+        period = wave_steps(sheet, sheet.points, density, np.zeros(len(density)))
+        rows = elements.slots[:, 6:]
+        there = rows >= 0
+        total, longest = np.zeros(len(mass)), np.zeros(len(mass))
+        np.add.at(total, rows[there], stiffness[there])
+        np.maximum.at(longest, rows[there], np.repeat(period[:, None], 3, axis=1)[there])
+        slopes = slice(len(sheet.points), None)
+        mass[slopes] = total[slopes] * longest[slopes] ** 2
+    return mass

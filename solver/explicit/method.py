@@ -1,0 +1,103 @@
+"""The explicit method's few options, every one relative to a scale of the scene."""
+
+from dataclasses import dataclass, field
+
+from ..errors import SceneError
+from ..implicit.method import Implicit
+
+
+@dataclass(frozen=True)
+class Kinematic:
+    """After the predicted step the force that puts the node exactly on the tool: no penetration, no stiffness."""
+
+
+@dataclass(frozen=True)
+class Touch:
+    """The node's step is divided at the instant of first touch (seed section 8).
+
+    restitution : of the normal velocity kept in a bounce, 0 to 1
+    """
+
+    restitution: float = 1.0
+
+    def __post_init__(self):
+        if not 0.0 <= self.restitution <= 1.0:
+            raise SceneError(f"contact restitution: found {self.restitution!r}, expected 0 to 1")
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """A spring on the overlap.
+
+    stiffness : of a node's spring, relative to its mass over the square of the stable step; stable alone up to 4
+    """
+
+    stiffness: float = 0.2
+
+    def __post_init__(self):
+        if not 0.0 < self.stiffness < 4.0:
+            raise SceneError(f"contact penalty: found {self.stiffness!r}, expected a number above 0 and below 4")
+
+
+@dataclass(frozen=True)
+class Explicit:
+    """Central differences; a stage of pure springback runs implicitly.
+
+    contact : Kinematic(), Touch() or Penalty()
+    safety : of the stable step, relative to the limit 2/omega_max
+    waves : times a transverse wave in the sheet at its yield stress crosses the blank while a stage lasts. The share
+        of kinetic energy falls with its square: the tools' speed follows from it
+    ramp : part of the stage's time in which the tools reach their speed, and again in which they stop
+    scaled : part of the blank's mass that may be added to triangles whose stable step is far below the median's
+    damping : of the sheet's velocity, relative to the rate at which those waves cross the blank
+    kinetic : share of kinetic in internal energy above which a run is remarked as not quasi-static
+    drift : of the energy balance, relative to the work done; above it a run stops
+    springback : Implicit, for stages in which nothing acts
+    """
+
+    contact: Kinematic | Touch | Penalty = field(default_factory=Kinematic)
+    safety: float = 0.9
+    waves: float = 8.0
+    ramp: float = 0.2
+    scaled: float = 0.01
+    damping: float = 0.0
+    kinetic: float = 0.05
+    drift: float = 0.05
+    springback: Implicit = field(default_factory=Implicit)
+
+    def __post_init__(self):
+        for name, low, high in (("safety", 0.0, 1.0), ("waves", 0.0, 1e6), ("ramp", 0.0, 0.5), ("drift", 0.0, 1e6)):
+            if not low < getattr(self, name) <= high:
+                raise SceneError(f"explicit {name}: found {getattr(self, name)!r}, expected above {low:g} to {high:g}")
+        for name in ("scaled", "damping", "kinetic"):
+            if not getattr(self, name) >= 0.0:
+                raise SceneError(f"explicit {name}: found {getattr(self, name)!r}, expected a number of 0 or more")
+
+    # Dynamics stabilises a membrane; the implicit stages' contact stiffness is also that of their tools.
+    torsion = 0.0
+
+    @property
+    def penalty(self):
+        """Of the implicit stages."""
+        return self.springback.penalty
+
+    @property
+    def stick(self):
+        """Of the implicit stages."""
+        return self.springback.stick
+
+    def of(self, stage):
+        """The method that runs a stage."""
+        return self.springback if stage.is_springback else self
+
+    def start(self, stage, sheet, placed):
+        """March of a stage not yet begun."""
+        from .march import start_march
+
+        return start_march(stage, sheet, placed)
+
+    def march(self, sheet, stage, tools, old, new, begun, stops):
+        """Run a stage; see explicit/march.py."""
+        from .march import march
+
+        return march(sheet, stage, tools, old, new, begun, self, stops)

@@ -1,0 +1,93 @@
+"""The longest stable step, 2/omega_max of the elastic sheet in its current shape.
+
+omega_max^2 is the largest eigenvalue of M^-1 K. It is approached from below by a preconditioner-free LOBPCG (Knyazev
+2001) of one vector, each round one difference of internal forces; no matrix is built. Theta + |r|, Ritz value and
+norm of the residual, bounds the eigenvalue it approaches from above, and gives the step. Between two such looks the
+step follows the fastest triangle's wave.
+"""
+
+import numpy as np
+
+from ..elements.assembly import gather_forces
+from ..materials.material import Material
+from ..materials.quadratic import VonMises
+from ..state import new_sheet
+
+SMALL = 1e-6  # movement in a difference of forces, relative to the mesh size
+FIRST, AGAIN = 40, 6  # rounds of the first look, and of one that starts where the last one ended
+CLOSE = 0.02  # residual at which a look ends, relative to the eigenvalue
+
+
+class StableStep:
+    """Looks at one sheet with its masses.
+
+    mass : (n + k,); fixed : (n + k, 3) bool
+    """
+
+    def __init__(self, sheet, mass, fixed):
+        self.sheet, elements = sheet, sheet.elements
+        self.root = np.where(fixed, 0.0, 1.0 / np.sqrt(mass)[:, None])
+        material = sheet.blank.material
+        # The same elasticity, but it never yields.
+        endless = 1e3 * material.young
+        self.elastic = Material(material.young, material.poisson, VonMises(), lambda ep: endless + 0.0 * ep, "elastic")
+        self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume))
+        self.slot_force = np.empty((*elements.slots.shape, 3))
+        self.vector = None
+
+    def limit(self, state):
+        """2/omega_max [s] of the sheet in a state."""
+        found = self._largest(state)
+        return 2.0 / np.sqrt(found)
+
+    def _largest(self, state):
+        self.start = self._forces(state.u, state)
+        rounds = AGAIN
+        if self.vector is None:
+            self.vector = np.random.default_rng(0).standard_normal(self.root.shape) * (self.root > 0.0)
+            rounds = FIRST
+        x = self.vector / np.linalg.norm(self.vector)
+        ax = self._apply(x, state)
+        p = ap = None
+        for _ in range(rounds):
+            theta = np.vdot(x, ax)
+            r = ax - theta * x
+            rest = np.linalg.norm(r)
+            if rest <= CLOSE * theta:
+                break
+            r /= rest
+            basis, images = [x, r], [ax, self._apply(r, state)]
+            if p is not None:
+                for q, aq in zip(basis[:2], images[:2], strict=True):
+                    part = np.vdot(q, p)
+                    p, ap = p - part * q, ap - part * aq
+                size = np.linalg.norm(p)
+                if size > 1e-8:
+                    basis.append(p / size)
+                    images.append(ap / size)
+            small = np.array([[np.vdot(q, aq) for aq in images] for q in basis])
+            weight = np.linalg.eigh(0.5 * (small + small.T))[1][:, -1]
+            p = sum(w * q for w, q in zip(weight[1:], basis[1:], strict=True))
+            ap = sum(w * aq for w, aq in zip(weight[1:], images[1:], strict=True))
+            x, ax = weight[0] * x + p, weight[0] * ax + ap
+            size = np.linalg.norm(x)
+            x, ax = x / size, ax / size
+        self.vector = x
+        theta = np.vdot(x, ax)
+        return theta + np.linalg.norm(ax - theta * x)
+
+    def _apply(self, vector, state):
+        """M^-1/2 K M^-1/2 times a vector, by a difference of forces."""
+        movement = self.root * vector
+        step = SMALL * self.sheet.size / np.abs(movement).max()
+        forces = self._forces(state.u + step * movement, state)
+        return self.root * (forces - self.start) / step
+
+    def _forces(self, u, state):
+        trial, elements = self.trial, self.sheet.elements
+        trial.u[:] = u
+        elements.strain(trial)
+        self.elastic.update(trial.metric, state, trial, tangent=False)
+        elements.forces(trial, self.slot_force)
+        gather_forces(self.slot_force, *self.sheet.pattern.rows, trial.internal)
+        return trial.internal.copy()
