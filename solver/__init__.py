@@ -30,6 +30,6 @@ __all__ = [
     "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Explicit", "Frame", "Hill48", "Hill90",
     "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Kinematic", "Law", "LimitCurve", "Ludwik", "Material",
     "Membrane", "Newton", "Penalty", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError",
-    "Shell", "Stage", "StepFailed", "Sum", "Swift", "Table", "Tool", "Touch", "TwoSurface", "Vegter", "Voce", "VonMises", "Yld2000",
-    "YoshidaUemori", "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
+    "Shell", "Stage", "StepFailed", "Sum", "Swift", "Table", "Tool", "Touch", "TwoSurface", "Vegter", "Voce",
+    "VonMises", "Yld2000", "YoshidaUemori", "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
 ]  # fmt: skip

@@ -57,10 +57,10 @@ class Explicit:
 
     contact: Kinematic | Touch | Penalty = field(default_factory=Kinematic)
     safety: float = 0.9
-    waves: float = 8.0
-    ramp: float = 0.2
+    waves: float = 16.0
+    ramp: float = 0.5
     scaled: float = 0.01
-    damping: float = 0.0
+    damping: float = 0.2
     kinetic: float = 0.05
     drift: float = 0.05
     springback: Implicit = field(default_factory=Implicit)
