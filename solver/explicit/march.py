@@ -79,7 +79,7 @@ class Dynamics:
         self.thickness, self.half = sheet.thickness(state.sheet.thickness_strain), np.empty(n)
         self.gather_half()
         self.limit = method.safety * self.stable.limit(state.sheet)
-        self.wave = self.fastest()
+        self.wave, self.shrunk = self.fastest(), 1.0
         self.loads = Loads(sheet, stage)
         free = (~self.fixed[:n]).astype(float)
         law, inertia = law_of(method.contact, self.limit), TOOL_MASS * float(self.mass[:n].sum())
@@ -110,7 +110,13 @@ class Dynamics:
     def look(self):
         """Find the stable step anew."""
         self.limit = self.method.safety * self.stable.limit(self.state.sheet)
-        self.wave = self.fastest()
+        self.wave, self.shrunk = self.fastest(), 1.0
+
+    def shortest(self):
+        """Stable step now: the last look's, shortened as the fastest triangle has shrunk since."""
+        if self.count % BEGIN == 0:
+            self.shrunk = min(1.0, self.fastest() / self.wave)
+        return self.shrunk * self.limit
 
     def unbalanced(self):
         """Forces of the sheet that nothing of this stage answers, (n + k, 3) [N]."""
@@ -215,12 +221,12 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             if time - look > pacing.duration / LOOKS:
                 dynamics.look()
                 look = time
-            before, dt = dt, dynamics.limit
-            left = target - time
-            if left < 2.0 * dt:
-                dt = left if left <= dt else 0.5 * left
+            before, dt = dt, dynamics.shortest()
+            # Equal steps up to the next stop: a node pinched between tools feels every change of the step.
+            ahead = max(int(np.ceil((target - time) / dt - 1e-6)), 1)
+            dt = (target - time) / ahead
             dynamics.step(time, dt, before)
-            time = target if left == dt else time + dt
+            time = target if ahead == 1 else time + dt
             steps += 1
             if not np.isfinite(dynamics.kinetic):
                 raise StepFailed(

@@ -15,15 +15,18 @@ def altitudes(x, cells):
     return 2.0 * area / np.linalg.norm(sides, axis=2).max(axis=1)
 
 
-def wave_steps(sheet, x, density, thickness):
-    """Time (m,) [s] in which a plate wave crosses each triangle, shortened where bending is faster (theory_shell.md
-    11). x : (n, 3); density, thickness : of the triangles"""
+def wave_times(sheet, x, density):
+    """Time (m,) [s] in which a plate wave crosses each triangle. x : (n, 3); density : (m,)"""
     material = sheet.blank.material
-    h = altitudes(x, sheet.triangles.cells)
-    steps = h / np.sqrt(material.young / (density * (1.0 - material.poisson**2)))
+    return altitudes(x, sheet.triangles.cells) * np.sqrt(density * (1.0 - material.poisson**2) / material.young)
+
+
+def wave_steps(sheet, x, density, thickness):
+    """The same, shortened where a thick shell bends faster (theory_shell.md 11). thickness : (m,)"""
+    steps = wave_times(sheet, x, density)
     if sheet.elements.n_translations > 3:
-        thick = thickness > 0.5 * h
-        steps = np.where(thick, steps * np.minimum(1.0, h / (thickness * np.sqrt(1.2))), steps)
+        h = altitudes(x, sheet.triangles.cells)
+        steps *= np.where(thickness > 0.5 * h, np.minimum(1.0, h / (thickness * np.sqrt(1.2))), 1.0)
     return steps
 
 
@@ -58,7 +61,7 @@ def lumped_masses(sheet, density):
         bending = material.young * t**3 / (12.0 * (1.0 - nu**2))
         d = bending * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
         stiffness = triangles.area[:, None] * np.einsum("mvi,vw,mwi->mi", edge, d, edge)
-        period = wave_steps(sheet, sheet.points, density, np.zeros(len(density)))
+        period = wave_times(sheet, sheet.points, density)
         rows = elements.slots[:, 6:]
         there = rows >= 0
         total, longest = np.zeros(len(mass)), np.zeros(len(mass))

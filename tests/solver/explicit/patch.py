@@ -1,0 +1,45 @@
+"""Elastic sheets in free motion, for tests of the explicit steps."""
+
+import numpy as np
+
+from solver import Blank, Explicit, Material, Membrane, Stage, VonMises
+from solver.explicit.march import Dynamics, start_march
+from solver.sheet import build_sheet
+from solver.state import State, new_sheet
+
+
+def elastic(poisson=0.3):
+    """Steel that never yields."""
+    return Material(206000.0, poisson, VonMises(), lambda ep: 1e8 + 0.0 * ep, "elastic")
+
+
+def motion(mesh, thickness, element=None, poisson=0.3, **blank):
+    """Dynamics of a sheet that nothing acts on; undamped."""
+    sheet = build_sheet(Blank(mesh, thickness, elastic(poisson), element or Membrane(), **blank))
+    state = State(new_sheet(sheet.points, sheet.elements.n_slopes, len(sheet.elements.point_volume)), {})
+    stage = Stage()
+    dynamics = Dynamics(sheet, stage, [], state, Explicit(damping=0.0, scaled=0.0), start_march(stage, sheet, {}))
+    dynamics.has_loads = False
+    return dynamics
+
+
+def swing(dynamics, shape, steps):
+    """Amplitude of a mode shape (n, 3), by masses, over the steps of a motion that starts with its velocity at rest.
+    Returns times and amplitudes."""
+    n = len(shape)
+    dt = dynamics.limit
+    dynamics.v[:n] = shape
+    mass = dynamics.mass[:n, None]
+    start = dynamics.state.sheet.x.copy()
+    times, amplitudes = dt * np.arange(1, steps + 1), []
+    for _ in range(steps):
+        dynamics.step(0.0, dt, dt)
+        amplitudes.append(np.sum(mass * shape * (dynamics.state.sheet.x - start)) / np.sum(mass * shape**2))
+    return times, np.array(amplitudes)
+
+
+def frequency(times, amplitudes):
+    """Angular frequency of a sine, from its first and last zero crossing."""
+    k = np.flatnonzero(np.diff(np.sign(amplitudes)))
+    crossing = times[k] - amplitudes[k] * (times[k + 1] - times[k]) / (amplitudes[k + 1] - amplitudes[k])
+    return np.pi * (len(crossing) - 1) / (crossing[-1] - crossing[0])

@@ -1,0 +1,64 @@
+"""Free motion of elastic sheets against closed forms: waves, plate frequencies, momentum."""
+
+import numpy as np
+import pytest
+
+from solver import Membrane, Shell
+from tests.solver.explicit.patch import frequency, motion, swing
+from tests.solver.lattice import square
+
+DENSITY, YOUNG = 7.85e-9, 206000.0
+
+
+def test_a_wave_runs_along_a_bar_at_the_speed_of_sound():
+    length, n = 100.0, 40
+    mesh = square(n, length)
+    mesh.points[:, 1] *= 0.02
+    dynamics = motion(mesh, 1.0, poisson=0.0)
+    # Fixed at x = 0, free at the other end: omega = pi c / (2 L).
+    shape = np.zeros((len(mesh.points), 3))
+    shape[:, 0] = 1e-3 * np.sin(0.5 * np.pi * mesh.points[:, 0] / length)
+    expected = 0.5 * np.pi * np.sqrt(YOUNG / DENSITY) / length
+    steps = int(2.2 * 2.0 * np.pi / expected / dynamics.limit)
+    assert frequency(*swing(dynamics, shape, steps)) == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("distort", [0.0, 0.2])
+def test_frequency_of_a_simply_supported_plate(distort):
+    half, n, thickness, nu = 50.0, 10, 1.0, 0.3
+    mesh = square(n, half, distort)
+    dynamics = motion(mesh, thickness, Shell(3), nu, fixed={"right": "z", "top": "z"})
+    shape = np.zeros((len(mesh.points), 3))
+    wave = 0.5 * np.pi / half
+    shape[:, 2] = 1e-3 * np.cos(wave * mesh.points[:, 0]) * np.cos(wave * mesh.points[:, 1])
+    bending = YOUNG * thickness**3 / (12.0 * (1.0 - nu**2))
+    expected = 2.0 * wave**2 * np.sqrt(bending / (DENSITY * thickness))
+    steps = int(1.2 * 2.0 * np.pi / expected / dynamics.limit)
+    assert frequency(*swing(dynamics, shape, steps)) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("element", [Membrane(), Shell(3)])
+def test_momentum_and_energy_of_a_free_sheet_stay(element):
+    mesh = square(5, 10.0, 0.2)
+    mesh.groups = {}
+    dynamics = motion(mesh, 0.5, element)
+    n = len(mesh.points)
+    velocity = np.random.default_rng(1).standard_normal((n, 3))
+    dynamics.v[:n] = velocity
+    mass = dynamics.mass[:n, None]
+    start = np.sum(mass * velocity, axis=0)
+    spin = np.sum(np.cross(mesh.points, mass * velocity), axis=0)
+    kinetic = 0.5 * np.sum(mass * velocity**2)
+    dt = 0.5 * dynamics.limit
+    for _ in range(400):
+        dynamics.step(0.0, dt, dt)
+    size = np.abs(mass * velocity).sum()
+    assert np.sum(mass * dynamics.v[:n], axis=0) == pytest.approx(start, abs=1e-11 * size)
+    # v is half a step behind x: their spin is known to the force over half a step.
+    x = dynamics.state.sheet.x - 0.5 * dt * dynamics.v[:n]
+    assert np.sum(np.cross(x, mass * dynamics.v[:n]), axis=0) == pytest.approx(spin, abs=1e-3 * 10.0 * size)
+    # Central differences keep the sum of internal energy and v- M v+ / 2 of a linear system.
+    both = 0.5 * np.sum(dynamics.mass[:, None] * dynamics.v * dynamics.v_new)
+    total = both + dynamics.work["internal"]
+    assert total == pytest.approx(kinetic, rel=1e-6)
+    assert dynamics.work["internal"] > 0.2 * kinetic
