@@ -64,7 +64,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
                 old.copy_from(new)
                 recorder.row(k, step, old, energy, results)
                 here = k, step.march
-                if step.march.fraction in stops:
+                if step.march.fraction in stops and step.march.damping is None:
                     keep(recorder.frame(k, step.march.fraction, old, results), results, writer)
                     save_checkpoint(checkpoint, scene, here, old, results, energy)
                 if watch:

@@ -57,6 +57,7 @@ class Recorder:
             thickness_max=float(thickness.max()),
             thinning_max=float(1.0 - thickness.min() / self.sheet.blank.thickness),
             torsion_share=energy.torsion_share(),
+            damped=float(step.march.damping is not None),
             kinetic_share=energy.kinetic_share(),
             **columns,
         )

@@ -100,6 +100,13 @@ class Results:
                 f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
                 f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle; use a shell"
             )
+        snapping = np.array(self.history["damped"]) > 0.0
+        if snapping.any():
+            share = 100.0 * self.energy.get("damping", 0.0) / max(abs(self.energy.get("external", 0.0)), 1e-300)
+            found.append(
+                f"from {stroke[snapping][0]:.3g} mm on, the sheet snaps: {np.count_nonzero(snapping)} increments were damped, "
+                f"which took {share:.2g} % of the work"
+            )
         thickest = np.array(self.history["thickness_max"])
         growth = thickest - np.array(self.history["thickness_min"]) / (1.0 - np.array(self.history["thinning_max"]))
         for name in self.lifted:

@@ -15,6 +15,7 @@ from ..elements.assembly import gather_blocks, gather_forces
 from ..loads import Loads
 from ..scene import AXES
 from ..springback import least_supports
+from .damping import drag
 
 
 class ToolRun(NamedTuple):
@@ -55,6 +56,7 @@ class Equilibrium:
         self.loads = Loads(sheet, stage)
         self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
         self.contact = np.empty((n, 3))
+        self.damping = 0.0  # N/mm^3: see damping.py
         self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
         self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))
         self.fixed = sheet.held.copy()
@@ -116,6 +118,8 @@ class Equilibrium:
             self._touch(run, old, new)
         residual = sheet.external - sheet.internal
         residual[:n] += self.contact
+        if self.damping:
+            residual[:n] -= drag(self.damping, self.sheet, old, new)
         scale = max(np.linalg.norm(f) for f in (sheet.internal, sheet.external, self.contact))
         residual[self.fixed] = 0.0
         balance = [run.press * run.load + new.tools[run.tool.name].force @ run.axis for run in self.driven]
@@ -151,6 +155,7 @@ class Equilibrium:
         n, k = len(self.sheet.points), len(self.driven)
         for blocks in self.contact_blocks.values():
             self.blocks[pattern.diagonal[:n]] += blocks
+        self.blocks[pattern.diagonal[:n]] += (self.damping * self.sheet.area)[:, None, None] * np.eye(3)
         column, row, corner = np.zeros((*self.fixed.shape, k)), np.zeros((*self.fixed.shape, k)), np.zeros(k)
         for j, run in enumerate(self.driven):
             blocks = self.contact_blocks[run.tool.name]

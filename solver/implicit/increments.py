@@ -8,6 +8,7 @@ import numpy as np
 from ..elements.formulation import Membrane
 from ..energy import work_of
 from ..errors import StepFailed
+from .damping import PATIENCE, RESORT, drag, faded, firmer, first_resistance
 from .equilibrium import Equilibrium
 from .newton import Outcome, solve_increment
 from .sparse import SparseSolver
@@ -22,7 +23,8 @@ class March(NamedTuple):
     """Where a stage stands. fraction : of the stage, 0..1; before that, -1..0, what the last stage left unbalanced is
     relieved; width : of the next increment; rate : (n + k, 3) and rates {tool: mm}, movement per fraction of the last
     increment, for the prediction; placed : {tool: (travel at the stage's start [mm], sign of the axis that leads to
-    the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known."""
+    the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known; damping : resistance in the
+    next increment [N/mm^3], None where it has none (damping.py)."""
 
     fraction: float
     width: float
@@ -30,6 +32,7 @@ class March(NamedTuple):
     rates: dict
     placed: dict
     relief: np.ndarray | None = None
+    damping: float | None = None
 
 
 class Accepted(NamedTuple):
@@ -77,15 +80,14 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             place = place._replace(width=1.0) if equilibrium.driven else place._replace(fraction=0.0, width=first)
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
-    cuts = 0
-    while place.fraction < end:
+    cuts = damped = 0
+    dragged = 0.0
+    while place.fraction < end or place.damping is not None:
         relieving = place.fraction < 0.0
-        ahead = 0.0 if relieving else stops[np.searchsorted(stops, place.fraction + 1e-9)]
-        width = place.width
-        # No sliver is left before a stop.
-        if place.fraction + 1.2 * width >= ahead:
-            width = ahead - place.fraction
-        fraction = ahead if place.fraction + width == ahead else place.fraction + width
+        least = 0.1 * RELIEF if relieving else first
+        width, fraction = target(place, stops)
+        equilibrium.damping = place.damping or 0.0
+        damped = 0 if place.damping is None else damped + 1
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
         equilibrium.begin(old, new)
@@ -94,17 +96,52 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         if not outcome.converged:
             cuts += 1
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
-            if width * CUT < method.increments.smallest:
+            place = retreat(place, width, least, sheet)
+            if place.damping == np.inf or damped > PATIENCE:
                 raise StepFailed(
-                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also in an increment "
-                    f"of {width:.1e} of the stage; {remedy(sheet)}"
+                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also with damping; "
+                    f"{remedy(sheet)}"
                 )
-            place = place._replace(width=CUT * width)
             continue
         log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
-        place = onward(place, width, outcome.iterations, old, new, first, RELIEF if relieving else largest, method)
-        place = place._replace(fraction=1.0 if fraction == end else fraction)
-        yield Accepted(place, outcome, cuts, work_of(sheet, old, new, tools))
+        work = work_of(sheet, old, new, tools)
+        dragging = drag(place.damping, sheet, old, new)
+        lost = 0.5 * float(np.sum((dragged + dragging) * (new.sheet.x - old.sheet.x)))
+        # work_of takes sheet and tools to be in equilibrium: what the resistance holds comes from outside too.
+        work["damping"] += lost
+        work["external"] += lost
+        dragged = dragging
+        if place.damping is None:
+            place = onward(place, width, outcome.iterations, old, new, first, RELIEF if relieving else largest, method)
+        else:
+            damping = faded(place.damping, sheet)
+            place = place._replace(
+                damping=damping, width=least if damping is None else 0.0, rate=np.zeros_like(place.rate),
+                rates=dict.fromkeys(place.rates, 0.0),
+            )  # fmt: skip
+        place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
+        yield Accepted(place, outcome, cuts, work)
+
+
+def target(place, stops):
+    """Width of the next increment and the fraction it ends at: no further than a stop, and no sliver before one."""
+    if place.width == 0.0:
+        return 0.0, place.fraction
+    ahead = 0.0 if place.fraction < 0.0 else stops[np.searchsorted(stops, place.fraction + 1e-9)]
+    if place.fraction + 1.2 * place.width >= ahead:
+        return ahead - place.fraction, ahead
+    return place.width, place.fraction + place.width
+
+
+def retreat(place, width, least, sheet):
+    """The march after an increment that did not converge: a shorter one, then a damped one of the least width, then
+    more damping; without end (inf) where that does not help either."""
+    if place.damping is not None:
+        return place._replace(damping=firmer(place.damping, sheet))
+    if CUT * width >= RESORT * least:
+        return place._replace(width=CUT * width)
+    log.info("no equilibrium nearby: damped increments")
+    return place._replace(damping=first_resistance(sheet), width=least)
 
 
 def onward(place, width, iterations, old, new, first, largest, method):
@@ -132,8 +169,9 @@ def predict(sheet, stage, tools, place, fraction, old, new):
     """Move the tools, the prescribed nodes, and the rest of the sheet as it moved last."""
     width = max(fraction, 0.0) - max(place.fraction, 0.0)
     shift = width * place.rate
-    farthest = width * max((abs(tool.travel) for tool in stage.tools if tool.travel is not None), default=np.inf)
-    if 0.0 < farthest < np.inf:
+    stroke = max((abs(tool.travel) for tool in stage.tools if tool.travel is not None), default=0.0)
+    farthest = width * stroke
+    if farthest > 0.0:
         # A node that snapped over in the last increment will not do so again: none outruns the tools.
         length = np.linalg.norm(shift, axis=1)[:, None]
         shift *= farthest / np.maximum(length, farthest)
