@@ -10,7 +10,7 @@ from math import atan2, cos, floor, pi, sin, sqrt
 import numpy as np
 from numba import njit
 
-from cadlink.answer import INNER
+from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import arc_foot, dot, from_ramp, minus
 from cadlink.patch_foot import patch_foot
 from cadlink.primitives import foot_on_form
@@ -21,7 +21,7 @@ from cadlink.trim import inside
 END = 1e-9  # of an edge's length: feet this far past its end still count as on it
 
 
-@njit
+@njit(**POINT)
 def try_face(face, pieces, ctrl, p, best, work):
     """Nearest foot inside a closed-form face: distance (inf for none), u, v, foot."""
     distance, u, v, foot = np.inf, 0.0, 0.0, p
@@ -35,7 +35,7 @@ def try_face(face, pieces, ctrl, p, best, work):
     return distance, u, v, foot
 
 
-@njit
+@njit(**POINT)
 def leaf_bound(leaf, p):
     """Distance from a point to the aligned box of a leaf, and its height above the middle."""
     frame, half = leaf.frame, leaf.half
@@ -49,7 +49,7 @@ def leaf_bound(leaf, p):
     return sqrt(da * da + db * db + dc * dc), c
 
 
-@njit
+@njit(**POINT)
 def starts_for(leaf, bound, height):
     """How many Newton starts: where a leaf may bend round the point there may be several minima."""
     if abs(height) <= leaf.half[2]:
@@ -59,7 +59,7 @@ def starts_for(leaf, bound, height):
     return 1 if (bound + 2.0 * leaf.half[2]) * bend < 0.7 else 10
 
 
-@njit
+@njit(**POINT)
 def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
     """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
     distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
@@ -87,7 +87,7 @@ def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
     return distance, found_s, found_t, foot
 
 
-@njit
+@njit(**POINT)
 def try_line(curve, p):
     """Foot on a straight edge, its ends left to the vertices: distance, tau, foot."""
     f = curve.frame
@@ -102,7 +102,7 @@ def try_line(curve, p):
     return sqrt(dot(m, m)), tau, q
 
 
-@njit
+@njit(**POINT)
 def try_circle(curve, p):
     """Foot on a circular edge: distance, angle, foot."""
     f = curve.frame
@@ -125,7 +125,7 @@ def try_circle(curve, p):
     return sqrt(dot(m, m)), t, foot
 
 
-@njit
+@njit(**POINT)
 def try_arc(curve, ctrl, p, s, work):
     """Foot on one piece of a curved edge: distance, parameter of the piece, foot."""
     distance, found, foot = np.inf, 0.0, p

@@ -23,7 +23,8 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 
 
 # Part of a patch.
-#   rect   s0, s1, t0, t1;  frame  centre and axes (third: near S_s x S_t) of its box, half  its size
+#   rect   s0, s1, t0, t1;  uv  the same in the parameters of its face;  period  of these, 0 for none
+#   frame  centre and axes (third: near S_s x S_t) of its box, half  its size
 #   bend   largest curvature towards, and away from, S_s x S_t [1/mm]
 #   whole  1 where no boundary of the face passes through: every foot counts
 #   cone   sine of the angle its normals make with the third axis at most
@@ -35,7 +36,10 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 LEAF = np.dtype(
     [
         ("patch", "i8"),
+        ("face", "i8"),
         ("rect", "f8", 4),
+        ("uv", "f8", 4),
+        ("period", "f8", 2),
         ("frame", "f8", (4, 3)),
         ("half", "f8", 3),
         ("bend", "f8", 2),
@@ -83,6 +87,8 @@ def cut_patches(patches, faces, pieces, ctrl, smallest):
     leaves["patch"], leaves["rect"] = np.concatenate(found_patch), np.concatenate(found_rect)
     part = where_inside(patches, faces, pieces, ctrl, leaves["patch"], leaves["rect"])
     leaves["whole"] = part == 2
+    leaves["face"] = patches["face"][leaves["patch"]]
+    leaves["period"] = faces["period"][leaves["face"]]
     measure_leaves(patches, ctrl, leaves)
     for k, net in enumerate(found_net):
         low[k], high[k] = net.min(axis=0), net.max(axis=0)
@@ -188,6 +194,9 @@ def measure_leaves(patches, ctrl, leaves):
             leaf.frame[0, c] = centre[c]
             leaf.frame[1, c], leaf.frame[2, c], leaf.frame[3, c] = a[c], b[c], n[c]
         leaf.start[0], leaf.start[1] = s, t
+        for end in range(2):
+            leaf.uv[end] = from_ramp(leaf.rect[end], patch.uv[0], patch.uv[1], patch.ramp[0])
+            leaf.uv[2 + end] = from_ramp(leaf.rect[2 + end], patch.uv[2], patch.uv[3], patch.ramp[1])
         det = length * dot(d_t, b)
         if abs(det) > 1e-9 * (length * length + dot(d_t, d_t)):
             leaf.start[4], leaf.start[5] = dot(d_t, b) / det, -dot(d_t, a) / det

@@ -14,11 +14,12 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from cadlink.kernels import POINT
 from cadlink.nurbs import MAX_ITERATIONS, STEP, SURE, clamped, dot, minus, patch_point
 from cadlink.power import derivatives
 
 
-@njit
+@njit(**POINT)
 def patch_derivatives(patch, ctrl, power, s, t, work):
     """S, S_s, S_t, S_ss, S_st, S_tt of a rational patch: by its power basis where that serves."""
     if not patch.steady:
@@ -28,7 +29,7 @@ def patch_derivatives(patch, ctrl, power, s, t, work):
     return (x[0] + centre[0], x[1] + centre[1], x[2] + centre[2]), d_s, d_t, d_ss, d_st, d_tt
 
 
-@njit
+@njit(**POINT)
 def newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2):
     """Step in (s, t) against the gradient; held parameters stay.
 
@@ -53,7 +54,7 @@ def newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2):
     return (a12 * g2 - m22 * g1) / det, (a12 * g1 - m11 * g2) / det
 
 
-@njit
+@njit(**POINT)
 def patch_foot(patch, ctrl, power, point, s, t, work):
     """Minimum of the distance to one patch, downhill from (s, t).
 
