@@ -12,7 +12,7 @@ from numba import njit
 
 from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import arc_foot, dot, from_ramp, minus
-from cadlink.patch_foot import patch_foot
+from cadlink.patch_foot import patch_derivatives, patch_foot
 from cadlink.primitives import foot_on_form
 from cadlink.records import CONE, TORUS
 from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE
@@ -74,6 +74,11 @@ def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
         else:
             a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
             b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
+            # A cell out of reach needs no start.
+            q, _, _, _, _, _ = patch_derivatives(patch, ctrl, power, a, b, work)
+            m = minus(q, p)
+            if sqrt(dot(m, m)) - leaf.cell >= min(best, distance):
+                continue
         a, b, q, f, free, _ = patch_foot(patch, ctrl, power, p, a, b, work)
         h = sqrt(f)
         if not free or h >= min(best, distance):

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from cadlink.bezier import project_ctrl, split
-from cadlink.nurbs import WORK, cross, dot, from_ramp, patch_point, shape_on_patch
+from cadlink.nurbs import WORK, cross, dot, from_ramp, minus, patch_point, shape_on_patch
 from cadlink.trim import inside
 
 TURN = 0.3  # rad
@@ -32,6 +32,7 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 #          the map from s, t to that plane
 #   inner  s0, s1, t0, t1 within which every foot on the patch counts (rim.py)
 #   sense, group   of its face and of that face's rim
+#   cell   radius [mm] of one of its nine cells about the cell's middle, for starts of Newton (items.py)
 #   tiny   steps in s and t so short that a Taylor series ends them (power.py)
 LEAF = np.dtype(
     [
@@ -46,6 +47,7 @@ LEAF = np.dtype(
         ("whole", "i8"),
         ("cone", "f8"),
         ("start", "f8", 8),
+        ("cell", "f8"),
         ("tiny", "f8", 2),
         ("inner", "f8", 4),
         ("sense", "f8"),
@@ -213,6 +215,21 @@ def measure_leaves(patches, ctrl, leaves):
                 turn = max(turn, acos(min(1.0, dot(m, n))) if dot(m, n) > -1.0 else pi)
         leaf.cone = sin(min(0.5 * pi, 1.2 * turn + 0.01))
         measure_steps(patch, ctrl, leaf, work)
+        measure_cells(patch, ctrl, leaf, work)
+
+
+@njit
+def measure_cells(patch, ctrl, leaf, work):
+    """Fill cell: the largest distance from the middle of a cell to its corners, with some room."""
+    w_s, w_t = (leaf.rect[1] - leaf.rect[0]) / 3.0, (leaf.rect[3] - leaf.rect[2]) / 3.0
+    for i in range(3):
+        for j in range(3):
+            s, t = leaf.rect[0] + i * w_s, leaf.rect[2] + j * w_t
+            middle, _, _, _, _, _ = patch_point(patch, ctrl, s + 0.5 * w_s, t + 0.5 * w_t, work)
+            for k in range(4):
+                corner, _, _, _, _, _ = patch_point(patch, ctrl, s + (k % 2) * w_s, t + (k // 2) * w_t, work)
+                away = minus(corner, middle)
+                leaf.cell = max(leaf.cell, SAFETY * sqrt(dot(away, away)))
 
 
 @njit
