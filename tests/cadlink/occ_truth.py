@@ -21,9 +21,9 @@ Comparison = namedtuple(
 )
 
 
-def part_of(shape, name="part"):
-    """The Part that read_step would make of a shape, without a file."""
-    return Part(name, None, part_record(shape), "mm", "memory")
+def part_of(shape, name="part", recognize=False):
+    """The Part that read_step would make of a shape, without a file; splines stay splines unless asked otherwise."""
+    return Part(name, None, part_record(shape, recognize), "mm", "memory")
 
 
 def skin_of(shape):
