@@ -31,8 +31,10 @@ def cases():
     """Name -> (what it is, function that makes the part, exact distance or None)."""
     return {
         "die": ("example die, 22 planes, cylinders and tori", die, None),
-        "die-nurbs": ("the same converted to NURBS", lambda: converted(die().shape(), "die-nurbs"), None),
-        "torus-nurbs": ("torus as a rational surface", torus, distance_to_torus),
+        "die-nurbs": ("the same converted to NURBS, kept as such", die_of_nurbs, None),
+        "die-recognized": ("the same NURBS, recognized", lambda: die_of_nurbs(recognize=True), None),
+        "torus-nurbs": ("torus as a rational surface, kept as such", torus, distance_to_torus),
+        "torus-recognized": ("the same, recognized", lambda: torus(recognize=True), distance_to_torus),
         "nacelle": ("engine nacelle, 6 rational B-splines of degree 5", nacelle, None),
     }
 
@@ -49,21 +51,26 @@ def nacelle():
     return next(iter(read_step(NACELLE).values())) if NACELLE.exists() else None
 
 
-def torus():
+def die_of_nurbs(recognize=False):
+    part = die()
+    return None if part is None else converted(part.shape(), "die-nurbs", recognize)
+
+
+def torus(recognize=False):
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
 
-    return converted(BRepPrimAPI_MakeTorus(RING, TUBE).Solid(), "torus-nurbs")
+    return converted(BRepPrimAPI_MakeTorus(RING, TUBE).Solid(), "torus-nurbs", recognize)
 
 
-def converted(shape, name):
-    """A shape of B-splines only, as a part."""
+def converted(shape, name, recognize):
+    """A shape of B-splines only, as a part; recognize : in closed form where they have one."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
 
     from cadlink.brep import part_record
     from cadlink.step import Part
 
     nurbs = BRepBuilderAPI_NurbsConvert(shape, True).Shape()
-    return Part(name, None, part_record(nurbs), "mm", "memory")
+    return Part(name, None, part_record(nurbs, recognize), "mm", "memory")
 
 
 def distance_to_torus(points):
