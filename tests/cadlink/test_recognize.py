@@ -1,4 +1,4 @@
-"""Splines that are planes, cylinders, cones, spheres or tori: met in closed form, where a part was before conversion."""
+"""Splines that are planes, cylinders, cones, spheres or tori are met in closed form: as the part before conversion."""
 
 from collections import Counter
 
@@ -11,15 +11,9 @@ from cadlink.records import PATCHES, PLANE
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import compare, part_of, points_around
 
-FREEFORM = ("bspline", "rational", "revolution", "half revolution", "moved revolution", "revolved ellipse", "extrusion")
-CLOSED = [
-    name
-    for name in shapes.SOLIDS
-    # Converted already, freeform, or a wall of 1e-4 mm that tells nothing of its radius.
-    if not name.startswith("rational")
-    and "bspline" not in name
-    and name not in (*FREEFORM, "extruded ellipse", "sliver")
-]
+# Left out: what is converted already or freeform, and a wall of 1e-4 mm that tells nothing of its radius.
+OTHERS = ("rational", "bspline", "revolution", "ellipse", "extrusion", "sliver")
+CLOSED = [name for name in shapes.SOLIDS if not any(other in name for other in OTHERS)]
 
 
 def forms(part):

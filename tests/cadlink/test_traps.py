@@ -58,7 +58,7 @@ def test_poles(shape):
 
 
 def test_feet_beside_a_pole_of_a_patch():
-    """The apex of a cone as NURBS is a side of its patches: feet near it lie in a narrow sector, away from any start."""
+    """The apex of a NURBS cone is a side of its patches; feet near it lie in a narrow sector, away from any start."""
     spline, closed = part_of(shapes.as_nurbs(shapes.cone_with_apex())), part_of(shapes.cone_with_apex())
     vertices = spline.surface().skin.vertices["point"]
     apex = vertices[np.argmax(vertices[:, 2])]
