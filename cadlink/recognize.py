@@ -24,7 +24,7 @@ from cadlink.records import CONE, CYLINDER, PLANE, SPHERE, TORUS, FaceRecord
 
 GAP = 1e-9  # of the extent of a face: 1e-7 mm for 100 mm
 GRID = 17
-MANY = 40_000  # points of all knot spans; splines with more stay what they are
+MANY = 100_000  # points of all knot spans; splines with more stay what they are
 STEP = 1.0  # rad: angles change by less between neighbours of the grid, or go round a pole
 CLOSED = 1e-6  # of the (u, v) box: jumps of a boundary that are taken for round-off
 FIT = 1e-12  # of the (u, v) box
