@@ -21,6 +21,7 @@ from math import cos, floor, sin, sqrt
 
 from numba import njit
 
+from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import arc_derivatives, cross, dot, from_ramp, minus, shape_on_patch, to_ramp
 from cadlink.patch_foot import patch_foot
 from cadlink.primitives import foot_on_form, shape_on_form
@@ -29,11 +30,9 @@ from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE, SMOOTH
 
 SHARP = 1e12  # 1/mm, stands for the curvature across a sharp edge
 TOUCH = 1e-9  # mm: nearer to an edge than this, m has no direction and the mean normal is used
-# No Python entry for functions that take the whole skin: saves a quarter of the compilation.
-INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-@njit
+@njit(**POINT)
 def locate(breaks, first, n, x):
     """Row of a patch grid that holds parameter x."""
     lo, hi = 0, n
@@ -46,7 +45,7 @@ def locate(breaks, first, n, x):
     return lo
 
 
-@njit
+@njit(**POINT)
 def patch_at(face, patches, breaks, u, v):
     """Patch of a face that holds (u, v), and the parameters there."""
     first, nu, nv, at_u, at_v = face.grid[0], face.grid[1], face.grid[2], face.grid[3], face.grid[4]
@@ -63,7 +62,7 @@ def patch_at(face, patches, breaks, u, v):
     return number, min(1.0, max(0.0, s)), min(1.0, max(0.0, t))
 
 
-@njit
+@njit(**POINT)
 def uv_on_side(side, side_uv, tau):
     """(u, v) of a face beside an edge at tau, between the samples."""
     first, last = side.uv_first, side.uv_last - 1
@@ -85,7 +84,7 @@ def shape_on_face(skin, number, patch, a, b, work):
     return shape_on_form(face, a, b)
 
 
-@njit
+@njit(**POINT)
 def edge_at(kind, curve, ctrl, a, work):
     """tau, tangent and curvature vector of an edge piece at its parameter."""
     f = curve.frame
@@ -163,7 +162,7 @@ def faces_at_edge(skin, edge, tau, work):
     return (mean[0] / size, mean[1] / size, mean[2] / size), turn
 
 
-@njit
+@njit(**POINT)
 def any_across(n):
     """A unit vector across n."""
     e = cross(n, (1.0, 0.0, 0.0)) if abs(n[0]) < 0.7 else cross(n, (0.0, 1.0, 0.0))
@@ -180,7 +179,7 @@ def answer_from_face(skin, number, patch, a, b, p, foot, work):
     return (h if dot(m, n) >= 0.0 else -h), foot, n, k1, k2, e
 
 
-@njit
+@njit(**POINT)
 def answer_from_edge(p, foot, mean, tangent, bend):
     """The same at a sharp edge with mean normal, tangent and curvature vector."""
     m = minus(p, foot)
@@ -199,7 +198,7 @@ def answer_from_edge(p, foot, mean, tangent, bend):
     return -h, foot, n, along, -SHARP, cross(across, n)
 
 
-@njit
+@njit(**POINT)
 def answer_from_vertex(p, foot, mean):
     """The same at a vertex with pseudo-normal."""
     m = minus(p, foot)

@@ -9,6 +9,8 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from cadlink.kernels import POINT
+
 LEAF = 2
 
 
@@ -46,7 +48,7 @@ def build_tree(low, high):
     return tree, order
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def box_distance(box, p):
     """Distance from a point to a box (a record with low and high), 0 inside."""
     dx = max(0.0, max(box.low[0] - p[0], p[0] - box.high[0]))

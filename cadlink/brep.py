@@ -48,6 +48,7 @@ from cadlink.display import tessellate
 from cadlink.errors import CadError
 from cadlink.faces import KINDS, FaceProbe, face_record
 from cadlink.loops import matched, pieces_of_wire, uv_box
+from cadlink.recognize import recognized
 
 SMALLEST = 1e-3  # mm: parts below it are taken for a mistake in the unit
 CREASE = 1e-4  # rad: smoother C0 knots of a B-spline are not made into edges
@@ -73,8 +74,11 @@ def faces_of(shape):
 # --- one part ------------------------------------------------------------------------------------
 
 
-def part_record(shape):
-    """Everything the parent keeps of one solid, shell or face, already placed and in mm."""
+def part_record(shape, recognize=True):
+    """Everything the parent keeps of one solid, shell or face, already placed and in mm.
+
+    recognize : splines that are planes, cylinders, cones, spheres or tori become these (recognize.py)
+    """
     shape, flipped = outward(shape)
     faces = faces_of(shape)
     stream = io.BytesIO()
@@ -97,7 +101,7 @@ def part_record(shape):
         "points": points,
         "cells": cells,
         "planes": plane_records(faces, kinds),
-        "skin": skin_record(divided, parent_face),
+        "skin": skin_record(divided, parent_face, recognize),
         "face_widths": [width_of(face) for face in faces],
         "flipped": flipped,
     }
@@ -240,23 +244,26 @@ def full_knots(knot, multiplicity, n, degree):
 # --- its skin ------------------------------------------------------------------------------------
 
 
-def skin_record(faces, parent_face):
+def skin_record(faces, parent_face, recognize):
     """Faces with their trims, edges with their two sides, vertices with their corners."""
     edge_ids, vertex_ids = TopTools_IndexedMapOfShape(), TopTools_IndexedMapOfShape()
     for face in faces:
         TopExp.MapShapes_s(face, TopAbs_EDGE, edge_ids)
     edges = [TopoDS.Edge_s(edge_ids.FindKey(i + 1)) for i in range(edge_ids.Extent())]
     curves = [edge_curve(e) for e in edges]
-    records, trims, boxes = [], [], []
+    records, probes, trims, boxes = [], [], [], []
     sides = [[] for _ in edges]  # (face, uv samples) of each edge
     corners = []  # (vertex, face, weighted normal, angle, uv) of each corner of a face
     for number, face in enumerate(faces):
         probe = FaceProbe(face)
+        wires = [coedges for wire in wires_of(probe.face) if (coedges := coedges_of(wire, probe.face))]
+        form = None
+        if recognize:
+            kind = KINDS[probe.adaptor.GetType()]
+            form, wires = recognized(probe, kind, BRepTools.UVBounds_s(probe.face), wires)
+            probe = form or probe
         traces, pieces = [], []
-        for wire in wires_of(probe.face):
-            coedges = coedges_of(wire, probe.face)
-            if not coedges:
-                continue
+        for coedges in wires:
             mine = [t for _, t in coedges]
             following = matched(mine)
             pieces += pieces_of_wire(mine, following)
@@ -269,8 +276,8 @@ def skin_record(faces, parent_face):
         box = uv_box(traces, pieces)
         boxes.append(box)
         trims.append(pieces)
-        records.append(face_record(probe, box))
-    probes = [FaceProbe(f) for f in faces]
+        records.append(form.record if form else face_record(probe, box))
+        probes.append(probe)
     gaps = [edge_gap(e, c, s, probes) for e, c, s in zip(edges, curves, sides, strict=True)]
     kept = [i for i, c in enumerate(curves) if c is not None]
     vertices = [TopoDS.Vertex_s(vertex_ids.FindKey(i + 1)) for i in range(vertex_ids.Extent())]

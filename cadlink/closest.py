@@ -14,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from cadlink.answer import INNER, answer
+from cadlink.answer import answer
 from cadlink.boxtree import box_distance
 from cadlink.items import try_item
+from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import WORK
 from cadlink.quick import PENDING, WAITING, quick_search
 from cadlink.skin import ON_FACE, ON_LEAF
@@ -93,7 +94,7 @@ def careful_search(skin, p, hint, hint_a, hint_b, entries, bounds, work, out):
     return item, a, b, label
 
 
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def hint_at(p, low, per_mm, grid):
     """The item of the cell of a point, or of the nearest cell."""
     i = min(grid.shape[0] - 1, max(0, int((p[0] - low[0]) * per_mm[0])))
@@ -104,15 +105,15 @@ def hint_at(p, low, per_mm, grid):
 
 @njit(**INNER)
 def project_chunk(
-    skin, hints, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
-):
+    skin, hints, stamp, start, stop, scratch, points, seed,
+    distance, point, normal, curvature, direction, face, new_seed,
+):  # fmt: skip
     """Fill the fields of a Projection for points[start:stop]."""
+    entries, bounds, pending, work, found, out = scratch
     items, faces, rims, leaves, patches = skin.items, skin.faces, skin.rims, skin.leaves, skin.patches
     rasters, pieces, ctrl, power = skin.rasters, skin.pieces, skin.ctrl, skin.power
     nodes, order, root = skin.nodes, skin.order, skin.roots[0]
     low, per_mm, grid = hints.low, hints.per_mm, hints.item
-    entries, bounds, pending = np.zeros(WAITING, np.int64), np.zeros(WAITING), np.zeros((PENDING, 4))
-    work, found, out = np.zeros(WORK), np.zeros((2, 6, 3)), np.zeros(ANSWER)
     tracked = found[0]
     for i in range(start, stop):
         p = (points[i, 0], points[i, 1], points[i, 2])
@@ -180,6 +181,11 @@ def project_points(skin, hints, stamp, points, seed, distance, point, normal, cu
     n = len(points)
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
+        scratch = (
+            np.zeros(WAITING, np.int64), np.zeros(WAITING), np.zeros((PENDING, 4)),
+            np.zeros(WORK), np.zeros((2, 6, 3)), np.zeros(ANSWER),
+        )  # fmt: skip
         project_chunk(
-            skin, hints, stamp, start, stop, points, seed, distance, point, normal, curvature, direction, face, new_seed
-        )
+            skin, hints, stamp, start, stop, scratch, points, seed,
+            distance, point, normal, curvature, direction, face, new_seed,
+        )  # fmt: skip

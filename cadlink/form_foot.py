@@ -14,13 +14,14 @@ from math import sqrt
 
 from numba import njit
 
+from cadlink.kernels import POINT
 from cadlink.primitives import into_frame, out_of_frame, turned
 from cadlink.records import CONE, CYLINDER, PLANE, SPHERE
 
 AXIS = 1e-6  # of the radius: nearer to an axis or centre than this, the foot is left to primitives.py
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def distance_to_form(face, rim, p):
     """Whether the foot is single, d, x, y, z, rho, m, v."""
     form, size = face.form, face.size
@@ -44,7 +45,7 @@ def distance_to_form(face, rim, p):
     return single and m > AXIS * size[1], m - size[1], x, y, z, rho, m, 0.0
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def shape_of_form(face, rim, x, y, z, rho, m, v):
     """Foot, outward normal, curvatures k1 >= k2 and the direction of k1 of such a point."""
     form, frame, size, sense = face.form, face.frame, face.size, face.sense

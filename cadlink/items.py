@@ -10,9 +10,9 @@ from math import atan2, cos, floor, pi, sin, sqrt
 import numpy as np
 from numba import njit
 
-from cadlink.answer import INNER
+from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import arc_foot, dot, from_ramp, minus
-from cadlink.patch_foot import patch_foot
+from cadlink.patch_foot import patch_derivatives, patch_foot
 from cadlink.primitives import foot_on_form
 from cadlink.records import CONE, TORUS
 from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE
@@ -21,7 +21,7 @@ from cadlink.trim import inside
 END = 1e-9  # of an edge's length: feet this far past its end still count as on it
 
 
-@njit
+@njit(**POINT)
 def try_face(face, pieces, ctrl, p, best, work):
     """Nearest foot inside a closed-form face: distance (inf for none), u, v, foot."""
     distance, u, v, foot = np.inf, 0.0, 0.0, p
@@ -35,7 +35,7 @@ def try_face(face, pieces, ctrl, p, best, work):
     return distance, u, v, foot
 
 
-@njit
+@njit(**POINT)
 def leaf_bound(leaf, p):
     """Distance from a point to the aligned box of a leaf, and its height above the middle."""
     frame, half = leaf.frame, leaf.half
@@ -49,7 +49,7 @@ def leaf_bound(leaf, p):
     return sqrt(da * da + db * db + dc * dc), c
 
 
-@njit
+@njit(**POINT)
 def starts_for(leaf, bound, height):
     """How many Newton starts: where a leaf may bend round the point there may be several minima."""
     if abs(height) <= leaf.half[2]:
@@ -59,35 +59,52 @@ def starts_for(leaf, bound, height):
     return 1 if (bound + 2.0 * leaf.half[2]) * bend < 0.7 else 10
 
 
-@njit
+@njit(**POINT)
+def start_in_leaf(leaf, start, s, t):
+    """Parameters of one of ten starts: first s, t (the middle of the leaf where s < 0), then a grid of nine."""
+    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
+    if start == 0:
+        return (s, t) if s >= 0.0 else (0.5 * (s0 + s1), 0.5 * (t0 + t1))
+    return s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0, t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
+
+
+@njit(**POINT)
+def leaf_holds(leaf, patch, face, pieces, ctrl, s, t, work):
+    """Whether a point of a patch lies inside its face's boundary, which is not asked where none passes the leaf."""
+    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
+    if leaf.whole and s0 <= s <= s1 and t0 <= t <= t1:
+        return True
+    u = from_ramp(s, patch.uv[0], patch.uv[1], patch.ramp[0])
+    v = from_ramp(t, patch.uv[2], patch.uv[3], patch.ramp[1])
+    return inside(face, pieces, ctrl, u, v, work)
+
+
+@njit(**POINT)
 def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
     """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
     distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
     bound, height = leaf_bound(leaf, p)
     if bound >= best:
         return distance, found_s, found_t, foot
-    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
     for start in range(starts_for(leaf, bound, height)):
-        if start == 0:
-            a = s if s >= 0.0 else 0.5 * (s0 + s1)
-            b = t if s >= 0.0 else 0.5 * (t0 + t1)
-        else:
-            a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
-            b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
+        a, b = start_in_leaf(leaf, start, s, t)
+        if start > 0:
+            # A cell out of reach needs no start.
+            q, _, _, _, _, _ = patch_derivatives(patch, ctrl, power, a, b, work)
+            m = minus(q, p)
+            if sqrt(dot(m, m)) - leaf.cell >= min(best, distance):
+                continue
         a, b, q, f, free, _ = patch_foot(patch, ctrl, power, p, a, b, work)
         h = sqrt(f)
         if not free or h >= min(best, distance):
             continue
-        if not (leaf.whole and s0 <= a <= s1 and t0 <= b <= t1):
-            u = from_ramp(a, patch.uv[0], patch.uv[1], patch.ramp[0])
-            v = from_ramp(b, patch.uv[2], patch.uv[3], patch.ramp[1])
-            if not inside(face, pieces, ctrl, u, v, work):
-                continue
+        if not leaf_holds(leaf, patch, face, pieces, ctrl, a, b, work):
+            continue
         distance, found_s, found_t, foot = h, a, b, q
     return distance, found_s, found_t, foot
 
 
-@njit
+@njit(**POINT)
 def try_line(curve, p):
     """Foot on a straight edge, its ends left to the vertices: distance, tau, foot."""
     f = curve.frame
@@ -102,7 +119,7 @@ def try_line(curve, p):
     return sqrt(dot(m, m)), tau, q
 
 
-@njit
+@njit(**POINT)
 def try_circle(curve, p):
     """Foot on a circular edge: distance, angle, foot."""
     f = curve.frame
@@ -125,7 +142,7 @@ def try_circle(curve, p):
     return sqrt(dot(m, m)), t, foot
 
 
-@njit
+@njit(**POINT)
 def try_arc(curve, ctrl, p, s, work):
     """Foot on one piece of a curved edge: distance, parameter of the piece, foot."""
     distance, found, foot = np.inf, 0.0, p

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from cadlink.bezier import project_ctrl, split
-from cadlink.nurbs import WORK, cross, dot, from_ramp, patch_point, shape_on_patch
+from cadlink.nurbs import WORK, cross, dot, from_ramp, minus, patch_point, shape_on_patch
 from cadlink.trim import inside
 
 TURN = 0.3  # rad
@@ -23,7 +23,8 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 
 
 # Part of a patch.
-#   rect   s0, s1, t0, t1;  frame  centre and axes (third: near S_s x S_t) of its box, half  its size
+#   rect   s0, s1, t0, t1;  uv  the same in the parameters of its face;  period  of these, 0 for none
+#   frame  centre and axes (third: near S_s x S_t) of its box, half  its size
 #   bend   largest curvature towards, and away from, S_s x S_t [1/mm]
 #   whole  1 where no boundary of the face passes through: every foot counts
 #   cone   sine of the angle its normals make with the third axis at most
@@ -31,17 +32,22 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 #          the map from s, t to that plane
 #   inner  s0, s1, t0, t1 within which every foot on the patch counts (rim.py)
 #   sense, group   of its face and of that face's rim
+#   cell   radius [mm] of one of its nine cells about the cell's middle, for starts of Newton (items.py)
 #   tiny   steps in s and t so short that a Taylor series ends them (power.py)
 LEAF = np.dtype(
     [
         ("patch", "i8"),
+        ("face", "i8"),
         ("rect", "f8", 4),
+        ("uv", "f8", 4),
+        ("period", "f8", 2),
         ("frame", "f8", (4, 3)),
         ("half", "f8", 3),
         ("bend", "f8", 2),
         ("whole", "i8"),
         ("cone", "f8"),
         ("start", "f8", 8),
+        ("cell", "f8"),
         ("tiny", "f8", 2),
         ("inner", "f8", 4),
         ("sense", "f8"),
@@ -83,6 +89,8 @@ def cut_patches(patches, faces, pieces, ctrl, smallest):
     leaves["patch"], leaves["rect"] = np.concatenate(found_patch), np.concatenate(found_rect)
     part = where_inside(patches, faces, pieces, ctrl, leaves["patch"], leaves["rect"])
     leaves["whole"] = part == 2
+    leaves["face"] = patches["face"][leaves["patch"]]
+    leaves["period"] = faces["period"][leaves["face"]]
     measure_leaves(patches, ctrl, leaves)
     for k, net in enumerate(found_net):
         low[k], high[k] = net.min(axis=0), net.max(axis=0)
@@ -188,6 +196,9 @@ def measure_leaves(patches, ctrl, leaves):
             leaf.frame[0, c] = centre[c]
             leaf.frame[1, c], leaf.frame[2, c], leaf.frame[3, c] = a[c], b[c], n[c]
         leaf.start[0], leaf.start[1] = s, t
+        for end in range(2):
+            leaf.uv[end] = from_ramp(leaf.rect[end], patch.uv[0], patch.uv[1], patch.ramp[0])
+            leaf.uv[2 + end] = from_ramp(leaf.rect[2 + end], patch.uv[2], patch.uv[3], patch.ramp[1])
         det = length * dot(d_t, b)
         if abs(det) > 1e-9 * (length * length + dot(d_t, d_t)):
             leaf.start[4], leaf.start[5] = dot(d_t, b) / det, -dot(d_t, a) / det
@@ -204,6 +215,21 @@ def measure_leaves(patches, ctrl, leaves):
                 turn = max(turn, acos(min(1.0, dot(m, n))) if dot(m, n) > -1.0 else pi)
         leaf.cone = sin(min(0.5 * pi, 1.2 * turn + 0.01))
         measure_steps(patch, ctrl, leaf, work)
+        measure_cells(patch, ctrl, leaf, work)
+
+
+@njit
+def measure_cells(patch, ctrl, leaf, work):
+    """Fill cell: the largest distance from the middle of a cell to its corners, with some room."""
+    w_s, w_t = (leaf.rect[1] - leaf.rect[0]) / 3.0, (leaf.rect[3] - leaf.rect[2]) / 3.0
+    for i in range(3):
+        for j in range(3):
+            s, t = leaf.rect[0] + i * w_s, leaf.rect[2] + j * w_t
+            middle, _, _, _, _, _ = patch_point(patch, ctrl, s + 0.5 * w_s, t + 0.5 * w_t, work)
+            for k in range(4):
+                corner, _, _, _, _, _ = patch_point(patch, ctrl, s + (k % 2) * w_s, t + (k // 2) * w_t, work)
+                away = minus(corner, middle)
+                leaf.cell = max(leaf.cell, SAFETY * sqrt(dot(away, away)))
 
 
 @njit

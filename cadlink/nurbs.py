@@ -12,6 +12,8 @@ from math import atan, atanh, sqrt, tan, tanh
 import numpy as np
 from numba import njit
 
+from cadlink.kernels import POINT
+
 WORK = (8, 32)
 MAX_ITERATIONS = 60
 STEP = 1e-10  # mm: a step this small ends Newton; the next error is its square times the curvature
@@ -38,7 +40,7 @@ PATCH = np.dtype(
 )
 
 
-@njit
+@njit(**POINT)
 def arc_point(ctrl, first, degree, s, out):
     """Homogeneous point, first and second derivative of an arc: rows 0, 1, 2 of out.
 
@@ -58,7 +60,7 @@ def arc_point(ctrl, first, degree, s, out):
         binomial *= (degree - i) / (i + 1.0)
 
 
-@njit
+@njit(**POINT)
 def bernstein_rows(n, s, work, row):
     """Bernstein polynomials of degree n and their two derivatives in work[row .. row + 2]."""
     r = 1.0 - s
@@ -90,7 +92,7 @@ def bernstein_rows(n, s, work, row):
         b2[i] = n * (n - 1.0) * (older - 2.0 * before + here)
 
 
-@njit
+@njit(**POINT)
 def patch_point(patch, ctrl, s, t, work):
     """S, S_s, S_t, S_ss, S_st, S_tt of a rational patch, three components each.
 
@@ -135,7 +137,7 @@ def patch_point(patch, ctrl, s, t, work):
     )
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def quotient(a, a_s, a_t, a_ss, a_st, a_tt, w, w_s, w_t, w_ss, w_st, w_tt):
     """a / w and its derivatives."""
     f = a / w
@@ -147,12 +149,12 @@ def quotient(a, a_s, a_t, a_ss, a_st, a_tt, w, w_s, w_t, w_ss, w_st, w_tt):
     return f, f_s, f_t, f_ss, f_st, f_tt
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def cross(a, b):
     return (
         a[1] * b[2] - a[2] * b[1],
@@ -161,17 +163,17 @@ def cross(a, b):
     )
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def minus(a, b):
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def clamped(x):
     return min(1.0, max(0.0, x))
 
 
-@njit
+@njit(**POINT)
 def shape_on_patch(patch, ctrl, s, t, sense, work):
     """Outward normal, curvatures k1 >= k2 (> 0 convex) and the direction of k1.
 
@@ -191,27 +193,30 @@ def shape_on_patch(patch, ctrl, s, t, sense, work):
     return shape_of(d_s, d_t, d_ss, d_st, d_tt, sense)
 
 
-@njit
+@njit(forceinline=True, **POINT)
 def shape_of(d_s, d_t, d_ss, d_st, d_tt, sense):
-    """The same from the derivatives of a surface that is regular there."""
-    n = cross(d_s, d_t)
-    size = sense / sqrt(dot(n, n))
-    n = (size * n[0], size * n[1], size * n[2])
-    a, b = dot(d_s, d_s), dot(d_t, d_t)
-    b11, b12, b22 = -dot(d_ss, n), -dot(d_st, n), -dot(d_tt, n)
-    # Orthonormal tangents: e along S_s (or S_t where that is longer), f = n x e.
-    if a < b:
-        d_s, d_t, a, b11, b22 = d_t, d_s, b, b22, b11
-    j11 = sqrt(a)
-    e = (d_s[0] / j11, d_s[1] / j11, d_s[2] / j11)
+    """The same from the derivatives of a surface that is regular there.
+
+    With m = S_s x S_t and tangents e along S_s, f = n x e the second form b is, in that frame,
+
+        k_ee = b_ss / E,   k_ef = (b_st - F/E b_ss) / (n . m),   k_ff = (F^2/E b_ss - 2 F b_st + E b_tt) / |m|^2
+    """
+    m = cross(d_s, d_t)
+    E, F, G = dot(d_s, d_s), dot(d_s, d_t), dot(d_t, d_t)
+    per = 1.0 / sqrt(dot(m, m))
+    size = sense * per
+    n = (size * m[0], size * m[1], size * m[2])
+    b_ss, b_st, b_tt = -dot(d_ss, n), -dot(d_st, n), -dot(d_tt, n)
+    # The longer of the two goes first; that turns m round.
+    if E < G:
+        d_s, E, b_ss, b_tt, size = d_t, G, b_tt, b_ss, -size
+    per_e = 1.0 / sqrt(E)
+    e = (per_e * d_s[0], per_e * d_s[1], per_e * d_s[2])
     f = cross(n, e)
-    # Inverse of the map (ds, dt) -> tangent plane, then the second form in that plane.
-    j12, j22 = dot(d_t, e), dot(d_t, f)
-    s_e, t_f = 1.0 / j11, 1.0 / j22
-    s_f = -j12 * s_e * t_f
-    k_ee = b11 * s_e * s_e
-    k_ef = s_e * (b11 * s_f + b12 * t_f)
-    k_ff = b11 * s_f * s_f + t_f * (2.0 * b12 * s_f + b22 * t_f)
+    skew = F * per_e * per_e
+    k_ee = b_ss * per_e * per_e
+    k_ef = size * (b_st - skew * b_ss)
+    k_ff = per * per * (F * (skew * b_ss - 2.0 * b_st) + E * b_tt)
     mean, half = 0.5 * (k_ee + k_ff), 0.5 * (k_ee - k_ff)
     root = sqrt(half * half + k_ef * k_ef)
     # Direction of k1: the eigenvector, taken from the row that does not cancel.
@@ -221,14 +226,15 @@ def shape_of(d_s, d_t, d_ss, d_st, d_tt, sense):
         c, d = k_ef, root - half
     length = sqrt(c * c + d * d)
     if length > 0.0:
-        c, d = c / length, d / length
+        length = 1.0 / length
+        c, d = c * length, d * length
     else:
         c, d = 1.0, 0.0
     direction = (c * e[0] + d * f[0], c * e[1] + d * f[1], c * e[2] + d * f[2])
     return n, mean + root, mean - root, direction
 
 
-@njit
+@njit(**POINT)
 def arc_foot(ctrl, first, degree, point, s, work):
     """Minimum of the distance to one arc, downhill from s.
 
@@ -258,7 +264,7 @@ def arc_foot(ctrl, first, degree, point, s, work):
     return s, foot, d_s, d_ss, f
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def arc_derivatives(ctrl, first, degree, s, work):
     """C, C', C'' of a rational arc."""
     arc_point(ctrl, first, degree, s, work)
@@ -271,7 +277,7 @@ def arc_derivatives(ctrl, first, degree, s, work):
     return (x, y, z), (x1, y1, z1), (x2, y2, z2)
 
 
-@njit
+@njit(**POINT)
 def from_ramp(s, t0, t1, ramp):
     """Parameter of the CAD curve at arc parameter s (bezier.py has the formulas)."""
     if ramp == 0:
@@ -282,7 +288,7 @@ def from_ramp(s, t0, t1, ramp):
     return middle + 2.0 * atanh((2.0 * s - 1.0) * tanh(half))
 
 
-@njit
+@njit(**POINT)
 def to_ramp(t, t0, t1, ramp):
     """Arc parameter s at a parameter of the CAD curve."""
     if ramp == 0:

@@ -14,11 +14,15 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from cadlink.kernels import POINT
 from cadlink.nurbs import MAX_ITERATIONS, STEP, SURE, clamped, dot, minus, patch_point
 from cadlink.power import derivatives
 
+POLE = 1e-18  # square of the ratio of the two speeds at a pole
+AROUND, HALVINGS = 16, 20  # curves tried there, and halvings towards the best
 
-@njit
+
+@njit(**POINT)
 def patch_derivatives(patch, ctrl, power, s, t, work):
     """S, S_s, S_t, S_ss, S_st, S_tt of a rational patch: by its power basis where that serves."""
     if not patch.steady:
@@ -28,7 +32,7 @@ def patch_derivatives(patch, ctrl, power, s, t, work):
     return (x[0] + centre[0], x[1] + centre[1], x[2] + centre[2]), d_s, d_t, d_ss, d_st, d_tt
 
 
-@njit
+@njit(**POINT)
 def newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2):
     """Step in (s, t) against the gradient; held parameters stay.
 
@@ -53,14 +57,55 @@ def newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2):
     return (a12 * g2 - m22 * g1) / det, (a12 * g1 - m11 * g2) / det
 
 
-@njit
+@njit(**POINT)
+def slope_out(patch, ctrl, power, r, s, t, collapsed, work):
+    """How the distance changes along the curve that leaves a pole at (s, t), < 0 downhill.
+
+    r : from the point to the pole; collapsed : 0 where S_s vanishes there, 1 where S_t does
+    """
+    _, d_s, d_t, _, _, _ = patch_derivatives(patch, ctrl, power, s, t, work)
+    d, end = (d_t, t) if collapsed == 0 else (d_s, s)
+    size = sqrt(dot(d, d))
+    return (-1.0 if end > 0.5 else 1.0) * dot(r, d) / size if size > 0.0 else 0.0
+
+
+@njit(**POINT)
+def way_out(patch, ctrl, power, r, s, t, collapsed, work):
+    """The curve that leads down most steeply from a side that is one point (a pole).
+
+    returns : s, t of that curve at the pole, and whether it leads down at all
+    """
+    least, best = np.inf, 0.5
+    for k in range(AROUND):
+        x = (k + 0.5) / AROUND
+        slope = slope_out(
+            patch, ctrl, power, r, x if collapsed == 0 else s, t if collapsed == 0 else x, collapsed, work
+        )
+        if slope < least:
+            least, best = slope, x
+    # Closer and closer to it: the sector that leads down may be narrow.
+    width = 1.0 / AROUND
+    for _ in range(HALVINGS):
+        width *= 0.5
+        for side in range(2):
+            x = clamped(best + (width if side == 0 else -width))
+            slope = slope_out(
+                patch, ctrl, power, r, x if collapsed == 0 else s, t if collapsed == 0 else x, collapsed, work
+            )
+            if slope < least:
+                least, best = slope, x
+                break
+    return (best if collapsed == 0 else s), (t if collapsed == 0 else best), least < 0.0
+
+
+@njit(**POINT)
 def patch_foot(patch, ctrl, power, point, s, t, work):
     """Minimum of the distance to one patch, downhill from (s, t).
 
     returns : s, t, foot, distance^2; whether it may be an interior foot: False where the distance
         still falls across a side that ends the whole surface; and the pull across any side [mm]
     """
-    f, ds, dt, size1, size2 = np.inf, 0.0, 0.0, 0.0, 0.0
+    f, ds, dt, size1, size2, stuck = np.inf, 0.0, 0.0, 0.0, 0.0, False
     foot = r = d_s = d_t = (0.0, 0.0, 0.0)
     for _ in range(MAX_ITERATIONS):
         s1, t1 = clamped(s + ds), clamped(t + dt)
@@ -79,6 +124,16 @@ def patch_foot(patch, ctrl, power, point, s, t, work):
         h11, h12, h22 = a11 + dot(r, e_ss), a12 + dot(r, e_st), a22 + dot(r, e_tt)
         held1 = (s <= 0.0 and g1 > 0.0) or (s >= 1.0 and g1 < 0.0)
         held2 = (t <= 0.0 and g2 > 0.0) or (t >= 1.0 and g2 < 0.0)
+        # At a pole one parameter has no meaning; where the other is held, another curve may lead on from there.
+        pole = 0 if a11 <= POLE * a22 else (1 if a22 <= POLE * a11 else -1)
+        if pole >= 0:
+            held1, held2 = held1 or pole == 0, held2 or pole == 1
+            if held1 and held2 and not stuck:
+                stuck = True
+                s, t, down = way_out(patch, ctrl, power, r, s, t, pole, work)
+                if down:
+                    ds, dt, f = 0.0, 0.0, np.inf
+                    continue
         ds, dt = newton_step(g1, g2, a11, a12, a22, h11, h12, h22, held1, held2)
         size1, size2 = sqrt(a11), sqrt(a22)
         if abs(clamped(s + ds) - s) * size1 + abs(clamped(t + dt) - t) * size2 < 1e-13:

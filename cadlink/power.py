@@ -18,6 +18,7 @@ from math import comb, sqrt
 import numpy as np
 from numba import njit
 
+from cadlink.kernels import POINT
 from cadlink.nurbs import dot
 
 ROUND_OFF = 1e-12  # mm: largest sum of round-off, nearly never reached, of a patch that serves
@@ -66,7 +67,7 @@ def to_power(patches, ctrl):
     return power
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def derivatives(patch, power, s, t):
     """S - centre and its derivatives D of a patch."""
     p, q = patch.degree[0], patch.degree[1]
@@ -109,7 +110,7 @@ def derivatives(patch, power, s, t):
     )
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def over(a, a_s, a_t, a_ss, a_st, a_tt, f, w_s, w_t, w_ss, w_st, w_tt):
     """a / w and its derivatives; f = 1 / w, and w_s .. are those of w, divided by w."""
     a = a * f
@@ -120,19 +121,19 @@ def over(a, a_s, a_t, a_ss, a_st, a_tt, f, w_s, w_t, w_ss, w_st, w_tt):
     return a, a_s, a_t, a_ss, a_st, a_tt
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def moved(a, a_s, a_t, ds, dt):
     return a[0] + a_s[0] * ds + a_t[0] * dt, a[1] + a_s[1] * ds + a_t[1] * dt, a[2] + a_s[2] * ds + a_t[2] * dt
 
 
-@njit
+@njit(**POINT)
 def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tiny, out):
     """Foot of a point on a patch between s0 .. s1 and t0 .. t1, by Newton from (s, t).
 
     tiny_s, tiny_t : steps that the Taylor series may end, times first_tiny for the first step
     returns : FOUND, with s, t and the derivatives there in out; HELD where the nearest point of
-        the box is on its side, with how far [mm] the foot seems to be beyond it; DOUBTFUL where
-        that cannot be told
+        the box is on its side; DOUBTFUL where that cannot be told; then s, t, the distance there, and
+        how far [mm] the foot seems to be beyond the side
     """
     centre = patch.centre
     px, py, pz = p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]
@@ -145,7 +146,7 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
         h11, h12, h22 = a11 + dot(r, d_ss), dot(d_s, d_t) + dot(r, d_st), a22 + dot(r, d_tt)
         det = h11 * h22 - h12 * h12
         if not (h11 > 0.0 and det > 1e-4 * a11 * a22):
-            return DOUBTFUL, s, t, 0.0
+            return DOUBTFUL, s, t, 0.0, 0.0
         ds, dt = (h12 * g2 - h22 * g1) / det, (h12 * g1 - h11 * g2) / det
         if abs(ds) <= tiny * tiny_s and abs(dt) <= tiny * tiny_t:
             # The Taylor series at the foot.
@@ -153,7 +154,8 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
             beyond = max(max(s0 - s_new, s_new - s1), max(t0 - t_new, t_new - t1))
             if beyond > 1e-9:
                 size = max(sqrt(a11), sqrt(a22)) * beyond
-                return (HELD if size > 3e-4 * sqrt(dot(r, r)) + 1e-7 else DOUBTFUL), s, t, size
+                h = sqrt(dot(r, r))
+                return (HELD if size > 3e-4 * h + 1e-7 else DOUBTFUL), s, t, h, size
             e_s, e_t = moved(d_s, d_ss, d_st, ds, dt), moved(d_t, d_st, d_tt, ds, dt)
             f_s = (0.5 * (d_s[0] + e_s[0]), 0.5 * (d_s[1] + e_s[1]), 0.5 * (d_s[2] + e_s[2]))
             f_t = (0.5 * (d_t[0] + e_t[0]), 0.5 * (d_t[1] + e_t[1]), 0.5 * (d_t[2] + e_t[2]))
@@ -163,7 +165,7 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
                 out[1, c], out[2, c] = e_s[c], e_t[c]
                 out[3, c], out[4, c], out[5, c] = d_ss[c], d_st[c], d_tt[c]
             away = (foot[0] - px, foot[1] - py, foot[2] - pz)
-            return FOUND, s_new, t_new, sqrt(dot(away, away))
+            return FOUND, s_new, t_new, sqrt(dot(away, away)), 0.0
         # On a side that holds the foot back the other parameter moves alone.
         hold_s, hold_t = (
             (s <= s0 and ds < 0.0) or (s >= s1 and ds > 0.0),
@@ -171,18 +173,19 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
         )
         if hold_s or hold_t:
             pull = max(abs(ds) * sqrt(a11) if hold_s else 0.0, abs(dt) * sqrt(a22) if hold_t else 0.0)
-            far = 3e-4 * sqrt(dot(r, r)) + 1e-7
+            h = sqrt(dot(r, r))
+            far = 3e-4 * h + 1e-7
             width = 0.02 * max((s1 - s0) * sqrt(a11) if hold_s else 0.0, (t1 - t0) * sqrt(a22) if hold_t else 0.0)
             if pull > max(far, width):
-                return HELD, s, t, pull
+                return HELD, s, t, h, pull
             if hold_s and hold_t:
-                return (HELD if pull > far else DOUBTFUL), s, t, pull
+                return (HELD if pull > far else DOUBTFUL), s, t, h, pull
             if hold_s:
                 ds, dt = 0.0, -g2 / h22
             else:
                 ds, dt = -g1 / h11, 0.0
             if abs(ds) <= tiny_s and abs(dt) <= tiny_t:
-                return (HELD if pull > far else DOUBTFUL), s, t, pull
+                return (HELD if pull > far else DOUBTFUL), s, t, h, pull
         s, t = min(s1, max(s0, s + ds)), min(t1, max(t0, t + dt))
         tiny = CONVERGED
-    return DOUBTFUL, s, t, 0.0
+    return DOUBTFUL, s, t, 0.0, 0.0

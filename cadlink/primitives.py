@@ -16,10 +16,11 @@ from math import atan2, cos, pi, sin, sqrt
 
 from numba import njit
 
+from cadlink.kernels import POINT
 from cadlink.records import CONE, CYLINDER, PLANE, SPHERE
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def into_frame(frame, px, py, pz):
     """Coordinates of a point in an orthonormal frame (origin, x, y, z)."""
     dx, dy, dz = px - frame[0, 0], py - frame[0, 1], pz - frame[0, 2]
@@ -30,7 +31,7 @@ def into_frame(frame, px, py, pz):
     )
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def out_of_frame(frame, x, y, z):
     return (
         frame[0, 0] + x * frame[1, 0] + y * frame[2, 0] + z * frame[3, 0],
@@ -39,7 +40,7 @@ def out_of_frame(frame, x, y, z):
     )
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def turned(frame, x, y, z):
     """A direction given in the frame, in space."""
     return (
@@ -49,21 +50,21 @@ def turned(frame, x, y, z):
     )
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def foot_cone(rho, z, R, a):
     """Distance along the generator and signed radius there of the foot on r = R + v sin a."""
     v = (rho - R) * sin(a) + z * cos(a)
     return v, R + v * sin(a)
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def foot_torus(rho, z, R, r):
     """Angle on the tube and signed distance of the foot from the axis."""
     v = atan2(z, rho - R)
     return v, R + r * cos(v)
 
 
-@njit
+@njit(**POINT)
 def foot_on_form(face, p, branch):
     """Foot of a point on an untrimmed surface.
 
@@ -108,7 +109,7 @@ def foot_on_form(face, p, branch):
     return exists, u, v, (fx, fy, fz)
 
 
-@njit
+@njit(**POINT)
 def shape_on_form(face, u, v):
     """Outward normal, curvatures k1 >= k2 and the direction of k1 at (u, v).
 

@@ -17,7 +17,7 @@ Whatever is in doubt (a foot in the band along a rim, near an axis or centre of 
 step that fails) is left to the careful search of closest.py.
 """
 
-from math import sqrt
+from math import floor, sqrt
 
 import numpy as np
 from numba import njit
@@ -25,6 +25,7 @@ from numba import njit
 from cadlink.boxtree import box_distance
 from cadlink.form_foot import distance_to_form
 from cadlink.items import try_item
+from cadlink.kernels import POINT
 from cadlink.nurbs import from_ramp
 from cadlink.power import CONVERGED, DOUBTFUL, FOUND, foot_in_box
 from cadlink.records import CYLINDER, PLANE, SPHERE, TORUS
@@ -45,6 +46,7 @@ from cadlink.skin import ON_FACE, ON_LEAF
 
 SKIN = 0.1  # mm: reach at most; a larger one makes the search look at more items
 TURNED = 0.93  # cosine between leaves that continue each other
+BESIDE = 0.7  # the same of leaves that touch
 WAITING = 256  # nodes and items that may wait; points in the middle of everything are left to the careful search
 HIT, MISS, DOUBT = 1, 0, -1
 PENDING = 8  # items that the nearest foot, once known, may excuse
@@ -53,7 +55,7 @@ PENDING = 8  # items that the nearest foot, once known, may excuse
 # --- one item ------------------------------------------------------------------------------------
 
 
-@njit
+@njit(**POINT)
 def band_scale(face, rim, h, v):
     """How much wider than at the foot the band may be at a distance h."""
     form, size = face.form, face.size
@@ -68,9 +70,7 @@ def band_scale(face, rim, h, v):
     return 1.0 + h / least
 
 
-# Functions that take arrays are inlined by numba itself (inline="always"): a call, even one that LLVM
-# inlines, counts references to each of them (5 ns).
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, h, work):
     """IN, UNSURE or OUT of a foot on a closed form, and the room where it is out."""
     room = box_room(face, rim, x, y, z, rho, v)
@@ -90,7 +90,7 @@ def place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, h, work)
     return where, room
 
 
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def quick_face(face, rim, rasters, pieces, ctrl, p, best, work):
     """HIT, MISS or DOUBT; distance to the untrimmed surface, room."""
     single, d, x, y, z, rho, m, v = distance_to_form(face, rim, p)
@@ -106,7 +106,7 @@ def quick_face(face, rim, rasters, pieces, ctrl, p, best, work):
     return code, h, room
 
 
-@njit
+@njit(**POINT)
 def place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s, t, derivatives, h, work):
     """IN, UNSURE or OUT of a foot on a patch, and the room where it is out."""
     uv = patch.uv
@@ -120,14 +120,14 @@ def place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s, t, derivativ
     return patch_room(face, rim, rasters, pieces, ctrl, u, v, per_u, per_v, band, work)
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def surely_in(leaf, s, t):
     """Whether a foot lies where no boundary passes."""
     inner = leaf.inner
     return inner[0] <= s <= inner[1] and inner[2] <= t <= inner[3]
 
 
-@njit
+@njit(**POINT)
 def leaf_beside(leaf, p):
     """Distance from a point to the box of a leaf, beside it, and the place in its axes."""
     frame, half = leaf.frame, leaf.half
@@ -141,7 +141,7 @@ def leaf_beside(leaf, p):
     return sqrt(beside + dc * dc), sqrt(beside), a, b, c
 
 
-@njit
+@njit(**POINT)
 def one_foot(leaf, reach, height):
     """Whether a leaf has one foot at most for points that near: distance times curvature below 0.85."""
     if abs(height) <= leaf.half[2]:
@@ -151,35 +151,56 @@ def one_foot(leaf, reach, height):
     return reach * bend < 0.85
 
 
-@njit
-def continues(leaf, other, p, best, foot):
-    """Whether a leaf continues the other with the best foot, near enough that it has no other foot."""
+@njit(forceinline=True, **POINT)
+def overlap(a0, a1, b0, b1, period):
+    """Whether two ranges of a parameter meet."""
+    apart = 0.5 * (a0 + a1 - b0 - b1)
+    if period > 0.0:
+        apart -= period * floor(apart / period + 0.5)
+    return abs(apart) <= 0.500001 * (a1 - a0 + b1 - b0)
+
+
+@njit(**POINT)
+def continues(leaf, other, height, other_height, best, foot):
+    """Whether a leaf continues the other with the best foot, near enough that it has no other foot.
+
+    height, other_height : of the point above both
+    """
     if leaf.group != other.group:
         return False
     a, b = leaf.frame, other.frame
-    cosine = a[3, 0] * b[3, 0] + a[3, 1] * b[3, 1] + a[3, 2] * b[3, 2]
-    if cosine * leaf.sense * other.sense < TURNED:
+    cosine = leaf.sense * other.sense * (a[3, 0] * b[3, 0] + a[3, 1] * b[3, 1] + a[3, 2] * b[3, 2])
+    if cosine < BESIDE or not one_foot(leaf, best + 2.0 * SKIN, height):
+        return False
+    if leaf.face == other.face and one_foot(other, best + 2.0 * SKIN, other_height):
+        # Leaves that share a side or a corner.
+        c, d = leaf.uv, other.uv
+        if overlap(c[0], c[1], d[0], d[1], leaf.period[0]) and overlap(c[2], c[3], d[2], d[3], leaf.period[1]):
+            return True
+    if cosine < TURNED:
         return False
     apart, _, _, _, _ = leaf_beside(leaf, foot)
-    _, _, _, _, height = leaf_beside(leaf, p)
-    return apart <= 0.7 * best + 1e-6 and one_foot(leaf, best + 2.0 * SKIN, height)
+    return apart <= 0.7 * best + 1e-6
 
 
-@njit
-def quick_leaf(leaf, patch, other, known, power, p, best, foot, s, t, found, work):
+@njit(**POINT)
+def quick_leaf(leaf, patch, other, known, other_height, power, p, best, foot, s, t, found):
     """HIT where the foot may be on a leaf, MISS or DOUBT; bound or distance, room, s, t, excusable.
 
-    other : the leaf with the best foot where that is known
+    other : the leaf with the best foot where that is known, other_height of the point above it
     excusable : whether a MISS or DOUBT may be excused by a leaf with a nearer foot
     """
     bound, beside, x, y, z = leaf_beside(leaf, p)
-    if beside > best * leaf.cone:
-        return MISS, bound, (beside - best * leaf.cone) / (1.0 + leaf.cone), s, t, False
-    if known and continues(leaf, other, p, best, foot):
+    room = (beside - best * leaf.cone) / (1.0 + leaf.cone)
+    if room >= SKIN:
         return MISS, bound, SKIN, s, t, False
+    if known and continues(leaf, other, z, other_height, best, foot):
+        return MISS, bound, SKIN, s, t, False
+    if room > 0.0:
+        return MISS, bound, room, s, t, False
     if bound >= best:
         return MISS, bound, 0.0, s, t, True
-    if not patch.steady or not one_foot(leaf, bound + leaf.half[2], z):
+    if not patch.steady:
         return DOUBT, bound, 0.0, s, t, True
     rect, start = leaf.rect, leaf.start
     if s < 0.0:
@@ -188,21 +209,23 @@ def quick_leaf(leaf, patch, other, known, power, p, best, foot, s, t, found, wor
         t = min(rect[3], max(rect[2], start[1] + start[6] * x + start[7] * y))
     # A little over the sides, so that a foot between two leaves is in one of them.
     w_s, w_t = 0.05 * (rect[1] - rect[0]), 0.05 * (rect[3] - rect[2])
-    code, s, t, h = foot_in_box(
+    code, s, t, h, pull = foot_in_box(
         patch, power, p, s, t, max(0.0, rect[0] - w_s), min(1.0, rect[1] + w_s), max(0.0, rect[2] - w_t),
         min(1.0, rect[3] + w_t), leaf.tiny[0], leaf.tiny[1], CONVERGED, found,
     )  # fmt: skip
-    if code == DOUBTFUL or (code == FOUND and not one_foot(leaf, h, z)):
+    # A foot, or a nearest point on a side, is the only one as near if nothing on the way bends round the point.
+    far = h if code == FOUND else min(h, bound + leaf.half[2])
+    if code == DOUBTFUL or not one_foot(leaf, far, z):
         return DOUBT, bound, 0.0, s, t, True
     if code != FOUND:
-        return MISS, bound, 0.2 * h, s, t, True
+        return MISS, bound, 0.2 * pull, s, t, True
     return HIT, h, 0.0, s, t, True
 
 
 # --- the search ----------------------------------------------------------------------------------
 
 
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def push(entries, bounds, top, entry, bound):
     """Into a list whose last entry has the smallest bound."""
     k = top
@@ -213,7 +236,7 @@ def push(entries, bounds, top, entry, bound):
     return top + 1
 
 
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def quick_search(
     skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
     p, hint, hint_a, hint_b, entries, bounds, pending, found, work,
@@ -227,7 +250,7 @@ def quick_search(
         careful search must decide
     """
     best, item, a, b, row, last = np.inf, -1, 0.0, 0.0, 0, -1
-    others, room, foot = np.inf, SKIN, p
+    others, room, foot, height = np.inf, SKIN, p, 0.0
     n_nodes, n_pending, top, doubt = len(nodes), 0, 0, False
     if root >= 0:
         top = push(entries, bounds, top, root, 0.0)
@@ -273,7 +296,7 @@ def quick_search(
             leaf = leaves[ref]
             patch, mine = patches[leaf.patch], found[1 - row]
             code, h, free, a1, b1, excused = quick_leaf(
-                leaf, patch, leaves[last], last >= 0, power, p, best, foot, a1, b1, mine, work
+                leaf, patch, leaves[last], last >= 0, height, power, p, best, foot, a1, b1, mine
             )
             if code == HIT and not surely_in(leaf, a1, b1):
                 face, rim = faces[patch.face], rims[patch.face]
@@ -292,6 +315,7 @@ def quick_search(
             if kind == ON_LEAF:
                 row, last = 1 - row, ref
                 foot = (found[row, 0, 0], found[row, 0, 1], found[row, 0, 2])
+                _, _, _, _, height = leaf_beside(leaf, p)
         elif code != DOUBT and (code == HIT or free <= 0.0 and not excused or 0.5 * (h - best) >= free):
             others = min(others, h)
         elif (code == DOUBT or excused or best == np.inf) and n_pending < PENDING:
@@ -308,9 +332,9 @@ def quick_search(
         free = max(pending[k, 1], 0.5 * (bound - best))
         if free < room and items[other].kind == ON_LEAF:
             leaf = leaves[items[other].ref]
-            _, beside, _, _, _ = leaf_beside(leaf, p)
+            _, beside, _, _, above = leaf_beside(leaf, p)
             free = max(free, (beside - best * leaf.cone) / (1.0 + leaf.cone))
-            if last >= 0 and continues(leaf, leaves[last], p, best, foot):
+            if last >= 0 and continues(leaf, leaves[last], above, height, best, foot):
                 free = SKIN
         if pending[k, 3] == DOUBT and free <= 1e-9:
             doubt = True

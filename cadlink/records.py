@@ -34,6 +34,7 @@ class FaceRecord:
     size     (2,) radius; radius and half angle; large and small radius [mm, rad]
     sense    +1 where (frame normal or S_u x S_v) leaves the material, -1 where it enters
     period   (2,) period of u and v, 0 where there is none
+    gap      mm, how far the closed form misses a spline it stands for (recognize.py), 0 for all others
     u_arcs, v_arcs   (n, 3) t0, t1, ramp of the patch grid
     patches  (nu, nv) nested list of homogeneous control nets (p+1, q+1, 4)
     """
@@ -44,6 +45,7 @@ class FaceRecord:
     frame: np.ndarray = field(default_factory=lambda: np.zeros((4, 3)))
     size: np.ndarray = field(default_factory=lambda: np.zeros(2))
     period: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    gap: float = 0.0
     u_arcs: np.ndarray | None = None
     v_arcs: np.ndarray | None = None
     patches: list | None = None

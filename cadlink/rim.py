@@ -15,6 +15,7 @@ from math import atan2, pi, sin
 import numpy as np
 from numba import njit
 
+from cadlink.kernels import POINT
 from cadlink.nurbs import WORK, arc_point, to_ramp
 from cadlink.records import CONE, CYLINDER, PATCHES, PLANE, SPHERE, TORUS
 from cadlink.trim import first_turn, inside
@@ -132,7 +133,7 @@ def draw_rasters(faces, pieces, ctrl, drawn, rasters):
                     cells[i, j] = -cells[i, j]
 
 
-@njit
+@njit(**POINT)
 def mark_piece(face, piece, ctrl, cells, work):
     """Zero in every cell a boundary piece passes through, and half a cell round it."""
     u0, v0 = face.box[0], face.box[2]
@@ -191,14 +192,14 @@ def fill_inner(leaves, patches, faces, rims):
 # --- query ---------------------------------------------------------------------------------------
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def wedge(x, y, c0, s0, c1, s1, wide):
     """Room inside (+) or outside (-) a wedge about the origin from direction 0 to direction 1."""
     e0, e1 = c0 * y - s0 * x, s1 * x - c1 * y
     return max(e0, e1) if wide else min(e0, e1)
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def box_room(face, rim, x, y, z, rho, v):
     """Room of a point in the frame of a closed form, + inside its box.
 
@@ -218,7 +219,7 @@ def box_room(face, rim, x, y, z, rho, v):
     return room
 
 
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def cell_of(face, rim, rasters, u, v):
     """The cell of (u, v) in the raster of a face; parameters that wrap round are turned into the face's own turn."""
     u0, u1, v0, v1 = face.box[0], face.box[1], face.box[2], face.box[3]
@@ -229,7 +230,7 @@ def cell_of(face, rim, rasters, u, v):
     return rasters[rim.first, i, j]
 
 
-@njit
+@njit(**POINT)
 def at_boundary(face, pieces, ctrl, u, v, band_u, band_v, work):
     """IN, UNSURE or OUT in a cell that the boundary passes through, by the boundary itself."""
     if inside(face, pieces, ctrl, u, v, work):
@@ -242,7 +243,7 @@ def at_boundary(face, pieces, ctrl, u, v, band_u, band_v, work):
     return OUT
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def uv_of_form(face, rim, x, y, z, rho, m, v):
     """u, v of a point in the frame of a closed form, and the mm at its foot for a unit of each."""
     form, size = face.form, face.size
@@ -258,7 +259,7 @@ def uv_of_form(face, rim, x, y, z, rho, m, v):
     return u, atan2(z, rho - size[0]), size[0] + size[1] * (rho - size[0]) / m, size[1]
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def room_of_cells(face, cells, n, rho, m):
     """Room [mm] of a point whose foot is that many of n cells away from the boundary."""
     box, form, free = face.box, face.form, max(0, abs(cells) - 1) / n
@@ -270,7 +271,7 @@ def room_of_cells(face, cells, n, rho, m):
     return min(du, dv)
 
 
-@njit
+@njit(**POINT)
 def patch_room(face, rim, rasters, pieces, ctrl, u, v, per_u, per_v, band, work):
     """IN, UNSURE or OUT of a foot at (u, v) of a face of patches, and its room [mm].
 

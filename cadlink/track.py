@@ -8,9 +8,10 @@ from math import sqrt
 
 from numba import njit
 
-from cadlink.answer import INNER, TOUCH, answer, answer_from_edge, edge_at
+from cadlink.answer import TOUCH, answer, answer_from_edge, edge_at
 from cadlink.form_foot import distance_to_form, shape_of_form
 from cadlink.items import try_item
+from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import dot, shape_of
 from cadlink.power import FOUND, foot_in_box
 from cadlink.quick import place_on_face, place_on_leaf, surely_in
@@ -21,14 +22,14 @@ ANSWER = 12
 SURE = 0.2  # cosine between the way to an edge and its mean normal from which on the side is clear
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def write(out, d, foot, n, k1, k2, e):
     out[0], out[10], out[11] = d, k1, k2
     for c in range(3):
         out[1 + c], out[4 + c], out[7 + c] = foot[c], n[c], e[c]
 
 
-@njit
+@njit(**POINT)
 def answer_on_patch(p, found, sense, out):
     """Fill out from the derivatives at a foot; False where the surface is singular."""
     d_s, d_t = (found[1, 0], found[1, 1], found[1, 2]), (found[2, 0], found[2, 1], found[2, 2])
@@ -65,7 +66,7 @@ def answer_off_face(skin, item, a, b, p, foot, work, out):
     return label
 
 
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def track_face(face, rim, rasters, pieces, ctrl, p, work):
     """The answer at the foot on a closed form, and the face: -1 where it is not surely inside."""
     single, d, x, y, z, rho, m, v = distance_to_form(face, rim, p)
@@ -78,10 +79,10 @@ def track_face(face, rim, rasters, pieces, ctrl, p, work):
     return face.sense * d, foot, n, k1, k2, e, label
 
 
-@njit(inline="always")
+@njit(forceinline=True, **POINT)
 def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, found, work, out):
     """The same on a leaf, from its last foot, filled into out: s, t, face."""
-    code, s1, t1, h = foot_in_box(patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found)
+    code, s1, t1, h, _ = foot_in_box(patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found)
     label = -1
     if code == FOUND:
         where = IN
@@ -101,7 +102,7 @@ def track_edge(skin, item, a, b, p, work, out):
     return a, b, -1
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def answer_on_form(face, rim, p):
     """The answer at the foot on a closed form, inside or not."""
     _, d, x, y, z, rho, m, v = distance_to_form(face, rim, p)

@@ -12,6 +12,7 @@ from math import floor
 import numpy as np
 from numba import njit
 
+from cadlink.kernels import POINT
 from cadlink.nurbs import arc_point
 
 ROUND_OFF = 1e-11  # relative to the (u, v) box: a point this far outside it counts as on its border
@@ -36,7 +37,7 @@ def pack_pieces(pieces, ctrl_count):
     return records, nets
 
 
-@njit
+@njit(**POINT)
 def crosses(piece, ctrl, u, v, work):
     """Whether the ray from (u, v) towards +u meets a piece; ends count half-open in v."""
     u0, v0, u1, v1 = piece.ends[0], piece.ends[1], piece.ends[2], piece.ends[3]
@@ -72,7 +73,7 @@ def crosses(piece, ctrl, u, v, work):
     return u < work[0, 0] / work[0, 2]
 
 
-@njit
+@njit(**POINT)
 def inside_once(face, pieces, ctrl, u, v, work):
     odd = False
     for k in range(face.piece_first, face.piece_last):
@@ -81,7 +82,7 @@ def inside_once(face, pieces, ctrl, u, v, work):
     return odd
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def nudged(x, lo, hi):
     """x moved just inside [lo, hi] where round-off, and only round-off, put it on or over an end."""
     room = ROUND_OFF * (hi - lo)
@@ -92,7 +93,7 @@ def nudged(x, lo, hi):
     return x
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **POINT)
 def first_turn(x, lo, hi, period):
     """x shifted by whole periods to lie in [lo, lo + period), round-off below lo included."""
     if period == 0.0:
@@ -101,7 +102,7 @@ def first_turn(x, lo, hi, period):
     return x - floor((x - lo + room) / period) * period
 
 
-@njit
+@njit(**POINT)
 def inside(face, pieces, ctrl, u, v, work):
     """Whether (u, v) lies in a face. Parameters that wrap round are shifted to the face's own turn."""
     u0, u1 = face.box[0], face.box[1]

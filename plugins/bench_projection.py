@@ -2,10 +2,15 @@
 
 Points lie within BAND of the surface. Exact methods are held against OpenCASCADE's distance at SUBSET
 of them (and against a formula where there is one), facets against the exact distance. Times are CPU
-time of one core, the least of several repeats.
+time of one core, the least of several repeats; a query starts from a search structure that stands, whose
+own time and memory are in columns of their own.
 """
 
+import contextlib
+import os
+import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -26,8 +31,10 @@ def cases():
     """Name -> (what it is, function that makes the part, exact distance or None)."""
     return {
         "die": ("example die, 22 planes, cylinders and tori", die, None),
-        "die-nurbs": ("the same converted to NURBS", lambda: converted(die().shape(), "die-nurbs"), None),
-        "torus-nurbs": ("torus as a rational surface", torus, distance_to_torus),
+        "die-nurbs": ("the same converted to NURBS, kept as such", die_of_nurbs, None),
+        "die-recognized": ("the same NURBS, recognized", lambda: die_of_nurbs(recognize=True), None),
+        "torus-nurbs": ("torus as a rational surface, kept as such", torus, distance_to_torus),
+        "torus-recognized": ("the same, recognized", lambda: torus(recognize=True), distance_to_torus),
         "nacelle": ("engine nacelle, 6 rational B-splines of degree 5", nacelle, None),
     }
 
@@ -44,21 +51,26 @@ def nacelle():
     return next(iter(read_step(NACELLE).values())) if NACELLE.exists() else None
 
 
-def torus():
+def die_of_nurbs(recognize=False):
+    part = die()
+    return None if part is None else converted(part.shape(), "die-nurbs", recognize)
+
+
+def torus(recognize=False):
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
 
-    return converted(BRepPrimAPI_MakeTorus(RING, TUBE).Solid(), "torus-nurbs")
+    return converted(BRepPrimAPI_MakeTorus(RING, TUBE).Solid(), "torus-nurbs", recognize)
 
 
-def converted(shape, name):
-    """A shape of B-splines only, as a part."""
+def converted(shape, name, recognize):
+    """A shape of B-splines only, as a part; recognize : in closed form where they have one."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
 
     from cadlink.brep import part_record
     from cadlink.step import Part
 
     nurbs = BRepBuilderAPI_NurbsConvert(shape, True).Shape()
-    return Part(name, None, part_record(nurbs), "mm", "memory")
+    return Part(name, None, part_record(nurbs, recognize), "mm", "memory")
 
 
 def distance_to_torus(points):
@@ -68,7 +80,9 @@ def distance_to_torus(points):
 
 
 def measure(names=(), n_points=20000):
-    """Rows {case, about, method, points, ns, error, ratio, note}; ns, error and ratio None where not measured.
+    """Rows {case, about, method, points, ns, error, build, kilobytes, ratio, note}; None where not measured.
+
+    build : s, of the search structure, or of reading the file; kilobytes : of the search structure
 
     names : of the cases, all by default; n_points : number of points for the exact methods
     """
@@ -102,10 +116,23 @@ def measure_case(name, case, n_points):
     way /= np.linalg.norm(way, axis=1)[:, None]
     rows = []
 
-    def add(method, n, ns, error, note=""):
+    def add(method, n, ns, error, note="", build=None, kilobytes=None):
         rows.append(
-            {"case": name, "about": about, "method": method, "points": n, "ns": ns, "error": error, "note": note}
+            {
+                "case": name,
+                "about": about,
+                "method": method,
+                "points": n,
+                "ns": ns,
+                "error": error,
+                "build": build,
+                "kilobytes": kilobytes,
+                "note": note,
+            }
         )
+
+    for method, seconds in read_times(part.path):
+        add(method, 0, None, None, build=seconds)
 
     few = points[:SUBSET]
     shape = part.shape()
@@ -118,13 +145,15 @@ def measure_case(name, case, n_points):
         exact = truth if at is points else occ_distances(shape, at[:SUBSET])
         return float(np.abs(np.abs(found[:SUBSET]) - exact).max())
 
+    build, kilobytes = size_of(part)
     for method, at, seed in (
         ("exact, cold", points, None),
         ("exact, moved 1 um", points + 1e-3 * way, hit.seed),
         ("exact, moved 50 um", points + 5e-2 * way, hit.seed),
     ):
         least, found = cpu_time(lambda at=at, seed=seed: surface.project(at, seed))
-        add(method, len(at), 1e9 * least / len(at), error_at(at, found.distance))
+        add(method, len(at), 1e9 * least / len(at), error_at(at, found.distance), build=build, kilobytes=kilobytes)
+        build = kilobytes = None
     warm = rows[-1]["ns"]
     error = float(np.abs(truth - np.abs(formula(few))).max()) if formula is not None else None
     add("OCC DistShapeShape", len(few), 1e9 * seconds / len(few), error, "the truth" if formula is None else "")
@@ -135,17 +164,60 @@ def measure_case(name, case, n_points):
         corners, cells = facets(shape, chord)
         for method, search in (("libigl", igl_search), ("Open3D", open3d_search), ("VTK", vtk_search)):
             label = f"facets {chord:g} mm, {method}"
-            query = search(corners, cells)
+            build, query = cpu_time(partial(ready, search, corners, cells, points[:1]), 2)
             if query is None:
                 add(label, 0, None, None, "not installed")
                 continue
             some = points[: min(len(points), 5000)]
             least, found = cpu_time(lambda query=query, some=some: query(some), 2)
             miss = float(np.abs(found - np.abs(hit.distance[: len(some)])).max())
-            add(label, len(some), 1e9 * least / len(some), miss, f"{len(cells)} facets")
+            add(label, len(some), 1e9 * least / len(some), miss, f"{len(cells)} facets", build)
     for row in rows:
         row["ratio"] = row["ns"] / warm if row["ns"] is not None else None
     return rows
+
+
+def read_times(path):
+    """("read", s) of a file read for the first time, and of the same read again from what is kept of it."""
+    from cadlink import read_step
+
+    if not Path(path).is_file():
+        return []
+    found = []
+    with tempfile.TemporaryDirectory() as folder, kept_in(folder):
+        for method in ("read, first time", "read again"):
+            # Reading is a process of its own: wall time.
+            start = time.perf_counter()
+            read_step(path)
+            found.append((method, time.perf_counter() - start))
+    return found
+
+
+@contextlib.contextmanager
+def kept_in(folder):
+    """What is kept of files that are read goes to another folder."""
+    before = os.environ.get("CADLINK_READ_CACHE")
+    os.environ["CADLINK_READ_CACHE"] = folder
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["CADLINK_READ_CACHE"]
+        else:
+            os.environ["CADLINK_READ_CACHE"] = before
+
+
+def size_of(part):
+    """Time to build the search structure of a part's surface [s], and its memory [kB]."""
+    least, surface = cpu_time(lambda: built(part), 3)
+    arrays = [*surface.skin, *surface.hints]
+    return least, sum(array.nbytes for array in arrays) / 1e3
+
+
+def built(part):
+    surface = part.surface()
+    surface.project(part.bounding_box)
+    return surface
 
 
 def points_near(surface, box, n):
@@ -206,15 +278,25 @@ def facets(shape, chord):
     return triangles_of(faces_of(shape))
 
 
+def ready(search, corners, cells, points):
+    """A search that has answered once, so that its tree stands; None where it is not installed."""
+    query = search(corners, cells)
+    if query is not None:
+        query(points)
+    return query
+
+
 def igl_search(corners, cells):
-    """points -> distance to the facets by libigl; None where it is not installed."""
+    """points -> distance to the facets by a tree of libigl 2.6; None where it is not installed."""
     try:
         import igl  # pyright: ignore[reportMissingImports]
     except ImportError:
         return None
     import numpy as np
 
-    return lambda points: np.sqrt(igl.point_mesh_squared_distance(points, corners, cells)[0])
+    corners, cells, tree = np.ascontiguousarray(corners, float), np.ascontiguousarray(cells, np.int64), igl.AABB()
+    tree.init(corners, cells)
+    return lambda points: np.sqrt(tree.squared_distance(corners, cells, points)[0])
 
 
 def open3d_search(corners, cells):
@@ -228,7 +310,13 @@ def open3d_search(corners, cells):
     scene = open3d.t.geometry.RaycastingScene(nthreads=1)
     tensor = open3d.core.Tensor
     scene.add_triangles(tensor(corners.astype(np.float32)), tensor(cells.astype(np.uint32)))
-    return lambda points: scene.compute_distance(tensor(points.astype(np.float32)), nthreads=1).numpy()
+
+    def query(points):
+        # The closest points themselves: they, too, are known to single precision.
+        foot = scene.compute_closest_points(tensor(points.astype(np.float32)), nthreads=1)["points"].numpy()
+        return np.linalg.norm(points - foot, axis=1)
+
+    return query
 
 
 def vtk_search(corners, cells):
@@ -271,7 +359,8 @@ def projection_table(rows):
     from rich.table import Table
 
     table = Table(title="Closest points within 2 mm of the surface, one core, CPU time")
-    for column in ("case", "method", "points", "ns/point", "largest error [mm]", "x exact, moved 50 um", ""):
+    columns = ("case", "method", "points", "ns/point", "largest error [mm]", "x moved 50 um", "built in [ms]", "kB", "")
+    for column in columns:
         table.add_column(column, justify="left" if column in ("case", "method", "") else "right")
     last = None
     for row in rows:
@@ -284,6 +373,8 @@ def projection_table(rows):
             f"{row['ns']:.0f}" if row["ns"] is not None else "",
             f"{row['error']:.1e}" if row["error"] is not None else "",
             f"{row['ratio']:.3g}" if row["ratio"] is not None else "",
+            f"{1e3 * row['build']:.3g}" if row["build"] is not None else "",
+            f"{row['kilobytes']:.0f}" if row["kilobytes"] is not None else "",
             row["note"],
         )
         last = row["case"]

@@ -154,7 +154,8 @@ def projection(*cases: str, points: int = 20000, as_json: Json = False):
     Parameters
     ----------
     cases
-        Any of die, die-nurbs, torus-nurbs, nacelle; all by default. Cases whose files are not there are left out.
+        Any of die, die-nurbs, die-recognized, torus-nurbs, torus-recognized, nacelle; all by default. Cases whose
+        files are not there are left out.
     points
         Points within 2 mm of the surface.
     """

@@ -19,6 +19,15 @@ def compile_kernels(path):
     form(replace(scene, stages=[replace(stage, tools=tools)]), frames=1)
 
 
+def compile_facets():
+    """Closest points on facets, which no scene with exact tools asks for: one kernel, whatever the normals."""
+    from cadlink import FacetSurface
+
+    corners, cells = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    FacetSurface(corners, cells).project([[1.0, 1.0, 1.0]])
+
+
 if __name__ == "__main__":
     choose_kernel_cache()
     compile_kernels(sys.argv[1])
+    compile_facets()

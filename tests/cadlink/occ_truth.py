@@ -21,9 +21,9 @@ Comparison = namedtuple(
 )
 
 
-def part_of(shape, name="part"):
-    """The Part that read_step would make of a shape, without a file."""
-    return Part(name, None, part_record(shape), "mm", "memory")
+def part_of(shape, name="part", recognize=False):
+    """The Part that read_step would make of a shape, without a file; splines stay splines unless asked otherwise."""
+    return Part(name, None, part_record(shape, recognize), "mm", "memory")
 
 
 def skin_of(shape):
@@ -114,7 +114,12 @@ def points_around(surface, box, n, seed=0):
 
 
 def compare(part, n, seed=0):
-    """Kernels against OpenCASCADE at n points around a part.
+    """Kernels against OpenCASCADE at n points around a part (compare_at)."""
+    return compare_at(part, points_around(part.surface(), part.bounding_box, n, seed))
+
+
+def compare_at(part, points):
+    """Kernels against OpenCASCADE at points.
 
     away_error    largest difference where both feet lie inside faces
     near_error    largest difference where either foot lies on an edge or vertex
@@ -124,8 +129,7 @@ def compare(part, n, seed=0):
     unexplained   points outside the bounds (1e-9 mm away from edges, plus the file's gap near
                   them) that are not such misses
     """
-    surface, shape = part.surface(), part.shape()
-    points = points_around(surface, part.bounding_box, n, seed)
+    surface, shape, n = part.surface(), part.shape(), len(points)
     hit = surface.project(points)
     truth, occ_on_face = distances(shape, points)
     gaps = part.gap_report()

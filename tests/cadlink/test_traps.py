@@ -57,6 +57,17 @@ def test_poles(shape):
     assert holds(shapes.SOLIDS[shape]())
 
 
+def test_feet_beside_a_pole_of_a_patch():
+    """The apex of a NURBS cone is a side of its patches; feet near it lie in a narrow sector, away from any start."""
+    spline, closed = part_of(shapes.as_nurbs(shapes.cone_with_apex())), part_of(shapes.cone_with_apex())
+    vertices = spline.surface().skin.vertices["point"]
+    apex = vertices[np.argmax(vertices[:, 2])]
+    rng = np.random.default_rng(0)
+    points = apex + rng.normal(size=(20000, 3)) * 10.0 ** rng.uniform(-3.0, 1.0, (20000, 1))
+    a, b = spline.surface().project(points), closed.surface().project(points)
+    assert np.abs(np.abs(a.distance) - np.abs(b.distance)).max() < 1e-9
+
+
 @pytest.mark.parametrize("shape", [shapes.torus_part, shapes.cone, shapes.filleted_box])
 def test_orientation_of_mirrored_and_reversed_solids(shape):
     assert holds(shapes.mirrored(shape())) and holds(shape().Reversed(), 30)
