@@ -11,7 +11,8 @@ from ..errors import SceneError
 from .hardening import tabulate
 from .isotropic import CurveData
 from .law import NO_TANGENT, point_state
-from .quadratic import Quadratic, modes_of, update_quadratic
+from .quadratic import Quadratic
+from .quadratic_return import modes_of, update_quadratic
 from .rate import rate_data
 from .return_map import update_general
 from .yield_locus import LOCI, warn_unless_convex

@@ -18,11 +18,23 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from .block import (
+    BLOCK,
+    H1,
+    H2,
+    H3,
+    SHARED,
+    T1,
+    T2,
+    T3,
+    block_pull_back,
+    block_strains,
+    n_blocks,
+    take_stiffness,
+)
 from .dispatch import backstress, begin, harden, locus, remember
-from .logarithmic_strain import log_strain_gradient, log_strain_second
 from .rate import rate_factor
 
-CHUNK = 64  # points that share scratch arrays
 TOLERANCE = 1e-12  # of the yield strain; of the trial strain 1e-14
 
 
@@ -48,17 +60,15 @@ class Scratch(NamedTuple):
     alpha_m: np.ndarray  # (3, 3)
     work: np.ndarray  # (8, 3, 3) of the hardening law
     stiffness: np.ndarray  # (3, 3) dT/dH
-    first: np.ndarray  # (3, 3) dH/dE
-    second: np.ndarray  # (3, 3) T d2H/dE2
 
 
 @njit(forceinline=True)
 def new_scratch():
     """Scratch of one thread."""
-    v, a = np.zeros((11, 3)), np.zeros((9, 3, 3))
+    v, a = np.zeros((11, 3)), np.zeros((6, 3, 3))
     return Scratch(
         v[0], v[1], v[2], v[3], v[4], v[5], v[6], a[0], a[1], v[7], v[8], v[9], a[2], a[3], v[10],
-        np.zeros(3), a[4], np.zeros((8, 3, 3)), a[5], a[6], a[7],
+        np.zeros(3), a[4], np.zeros((8, 3, 3)), a[5],
     )  # fmt: skip
 
 
@@ -252,17 +262,15 @@ def stiffness_of(k, dg, slope, young, nu):
         k.stiffness[2, j] *= shear
 
 
-@njit
-def update_points(
-    begin_point, end_point, metric, hp_old, ep_old, past, shape, hardening, rate, young, nu,
-    s, ds_dc, strain, hp, ep, now, stress, thickness_strain,
+@njit(error_model="numpy")
+def return_block(w, hp_old, ep_old, past, shape, hardening, rate, young, nu, strain, hp, ep, now, stress,
+    thickness_strain, wanted,
 ):  # fmt: skip
-    """`update_general` from one point to before another."""
+    """Fills T and the outputs of a block, and C where it is wanted."""
     k = new_scratch()
     c, shear = young / (1.0 - nu * nu), 0.5 * young / (1.0 + nu)
-    for p in range(begin_point, end_point):
-        y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
-        log_strain_gradient(y1, y2, y3, strain[p], k.first)
+    for p in range(ep.shape[0]):
+        strain[p, 0], strain[p, 1], strain[p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
         for i in range(3):
             k.e[i] = strain[p, i] - hp_old[p, i]
         dg, slope, begun = return_point(shape, hardening, rate, young, nu, ep_old[p], past[p], k)
@@ -281,23 +289,14 @@ def update_points(
             if isnan(dg):
                 t0 = t1 = t2 = np.nan
         stress[p, 0], stress[p, 1], stress[p, 2] = t0, t1, t2
+        w[T1 + p], w[T2 + p], w[T3 + p] = t0, t1, t2
         thickness_strain[p] = -nu / young * (t0 + t1) - hp[p, 0] - hp[p, 1]
-        for i in range(3):
-            s[p, i] = k.first[0, i] * t0 + k.first[1, i] * t1 + k.first[2, i] * t2
-        if ds_dc.shape[0] == 0:
-            continue
-        stiffness_of(k, dg, slope, young, nu)
-        log_strain_second(y1, y2, y3, stress[p], k.second)
-        for i in range(3):
-            for j in range(3):
-                total = k.second[i, j]
-                for l in range(3):
-                    row = k.stiffness[l]
-                    total += k.first[l, i] * (row[0] * k.first[0, j] + row[1] * k.first[1, j] + row[2] * k.first[2, j])
-                ds_dc[p, i, j] = total
+        if wanted:
+            stiffness_of(k, dg, slope, young, nu)
+            take_stiffness(w, p, k.stiffness)
 
 
-@njit(parallel=True, cache=True)
+@njit(parallel=True, cache=True, error_model="numpy")
 def update_general(
     metric, hp_old, ep_old, past, shape, hardening, rate, young, nu,
     s, ds_dc, strain, hp, ep, now, stress, thickness_strain,
@@ -306,9 +305,13 @@ def update_general(
 
     A point whose return map finds no solution gets NaN.
     """
-    n_points = metric.shape[0]
-    for block in prange((n_points + CHUNK - 1) // CHUNK):
-        update_points(
-            block * CHUNK, min((block + 1) * CHUNK, n_points), metric, hp_old, ep_old, past, shape, hardening, rate,
-            young, nu, s, ds_dc, strain, hp, ep, now, stress, thickness_strain,
+    for block in prange(n_blocks(metric.shape[0])):
+        a = block * BLOCK
+        e = min(a + BLOCK, metric.shape[0])
+        w = np.empty(SHARED * BLOCK)
+        block_strains(metric[a:e], w)
+        return_block(
+            w, hp_old[a:e], ep_old[a:e], past[a:e], shape, hardening, rate, young, nu, strain[a:e], hp[a:e], ep[a:e],
+            now[a:e], stress[a:e], thickness_strain[a:e], ds_dc.shape[0] > 0,
         )  # fmt: skip
+        block_pull_back(w, s[a:e], ds_dc[a:e])
