@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-from .key_tables import Table, one_of
+from .key_tables import OrText, Table, one_of
 from .quantities import (
     Coefficient,
     Name,
@@ -297,7 +297,9 @@ class Material(Table):
     name: Name = "sheet"
     young: PositiveStress = Field(description='Young\'s modulus in MPa, such as "70 GPa"')
     poisson: Poisson = Field(description="Poisson's ratio, such as 0.3")
-    locus: Annotated[Locus, BeforeValidator(_locus)] = Field(description='"von Mises" or {hill = {r = 0.64}}')
+    locus: Annotated[Locus, BeforeValidator(_locus), OrText(lambda: ["von Mises"])] = Field(
+        description='"von Mises" or {hill = {r = 0.64}}'
+    )
     hardening: Annotated[Hardening, BeforeValidator(_one_hardening)] = Field(
         description="a curve such as {swift = {K = 577, e0 = 0.0166, n = 0.359}}"
     )
@@ -322,11 +324,18 @@ class PublishedSheet(Material):
         return published_sheet(self.name)
 
 
-def table_or_sheet(value):
-    if not isinstance(value, str):
-        return value
+def _sheets():
     from solver.materials.library import SHEETS
 
-    if value not in SHEETS:
-        raise wrong(shown(value), f"a table [material], or a published sheet: {', '.join(SHEETS)}")
+    return SHEETS
+
+
+def _table_or_sheet(value):
+    if not isinstance(value, str):
+        return value
+    if value not in _sheets():
+        raise wrong(shown(value), f"a table [material], or a published sheet: {', '.join(_sheets())}")
     return PublishedSheet.model_construct(name=value, hardening=Hardening())
+
+
+MaterialOrSheet = Annotated[Material, BeforeValidator(_table_or_sheet), OrText(_sheets)]

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, create_model
 from solver.implicit.method import Implicit
 
 from .key_tables import Table, one_of
-from .material_keys import Material, table_or_sheet
+from .material_keys import MaterialOrSheet
 from .quantities import (
     Coefficient,
     Count,
@@ -204,9 +204,7 @@ class SceneKeys(Table):
     name: Name = "forming"
     cad: Name | None = None
     blank: Blank = Field(description="a table [blank] with part or outline, and size")
-    material: Annotated[Material, BeforeValidator(table_or_sheet)] = Field(
-        description="a table [material] with young, poisson, locus and hardening"
-    )
+    material: MaterialOrSheet = Field(description="a table [material] with young, poisson, locus and hardening")
     tools: dict[str, Tool] = {}
     stages: list[Stage] = []
     implicit: ImplicitOptions = ImplicitOptions()  # pyright: ignore[reportInvalidTypeForm]
