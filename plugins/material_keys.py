@@ -324,6 +324,49 @@ class PublishedSheet(Material):
         return published_sheet(self.name)
 
 
+class LimitTableKeys(Table):
+    """Points of a forming limit curve, minor strains rising; logarithmic unless engineering."""
+
+    minor: list[Number] = Field(description="minor strains that rise, such as [-0.2, 0, 0.2]")
+    major: list[PositiveNumber] = Field(description="the major strain at which the sheet necks, for each minor one")
+    engineering: bool = False
+
+
+class KeelerBrazierKeys(Table):
+    n: PositiveNumber = Field(description="the strain-hardening exponent, such as 0.2")
+
+
+class MarciniakKeys(Table):
+    f0: Annotated[float, Quantity("a ratio of thicknesses", above=0.5, below=1.0)] = 0.995
+
+
+class FormingLimitKeys(Table):
+    """The limit of strain: tabulated, by the rule of Keeler and Brazier, or computed from the material."""
+
+    table: LimitTableKeys | None = None
+    keeler_brazier: KeelerBrazierKeys | None = None
+    marciniak: MarciniakKeys | None = None
+
+    def build(self, material, thickness):
+        """The curve as the solver takes it. Raises solver.SceneError. thickness : mm"""
+        import solver
+
+        if self.table:
+            points = self.table.minor, self.table.major
+            return solver.LimitCurve.from_engineering(*points) if self.table.engineering else solver.LimitCurve(*points)
+        if self.keeler_brazier:
+            return solver.KeelerBrazier(thickness, self.keeler_brazier.n)
+        assert self.marciniak is not None  # _one_limit saw to it
+        return solver.marciniak_kuczynski(material, self.marciniak.f0)
+
+
+def _one_limit(value):
+    return one_of(value, ("table", "keeler_brazier", "marciniak"), "a forming limit curve")
+
+
+FormingLimit = Annotated[FormingLimitKeys, BeforeValidator(_one_limit)]
+
+
 def _sheets():
     from solver.materials.library import SHEETS
 
