@@ -24,7 +24,7 @@ from ..errors import SceneError
 from .dispatch import POINTS, locus
 from .isotropic import begin_nothing
 
-N_STEPS = 2
+N_STEPS = 6
 GAMMA = 1.0 - sqrt(0.5)
 # Columns of the history.
 THETA, BETA, Q, RADIUS, R = 0, 3, 6, 9, 10
@@ -130,15 +130,18 @@ def grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m):
 
 
 @njit
-def follow_bound(data, shape, dg, a, a_g, a_m, m, theta, theta_g, theta_m, work):
-    """Carry theta (3,) over dg, with its derivatives with respect to dg and m; a(dg, m) is that of the end."""
+def follow_bound(data, shape, past, dg, r, r_g, r_m, m, theta, theta_g, theta_m, work):
+    """Carry theta (3,) over dg, with its derivatives with respect to dg and m. R goes straight from its old value to
+    r(dg, m)."""
     w, w_g, w_m, gradient = work[2, 0], work[2, 1], work[3], work[2, 2]
     before, before_g, before_m = work[4, 0], work[4, 1], work[5]
     g_g = GAMMA * data.C / N_STEPS
     g = g_g * dg
-    root_a = sqrt(a)
     for stage in range(2 * N_STEPS):
         second = stage % 2 == 1
+        share = (stage // 2 + (1.0 if second else GAMMA)) / N_STEPS
+        a = data.B - data.Y + past[R] + share * (r - past[R])
+        a_g, root_a = share * r_g, sqrt(a)
         ahead = (1.0 - GAMMA) / GAMMA
         for i in range(3):
             if second:  # from the sub-step's start, with the first stage's slope
@@ -155,7 +158,7 @@ def follow_bound(data, shape, dg, a, a_g, a_m, m, theta, theta_g, theta_m, work)
                 else:
                     before_m[i, j] = theta_m[i, j]
                     w_m[i, j] = theta_m[i, j]
-                w_m[i, j] += g * m[i] * a_m[j]
+                w_m[i, j] += g * m[i] * share * r_m[j]
             w_m[i, i] += g * a
         # theta (1 + g sqrt(a/phi(theta))) = w: y = sqrt(phi(theta)) solves y^2 + g sqrt(a) y = phi(w).
         size = locus(shape, w, gradient, work[1])
@@ -176,7 +179,7 @@ def follow_bound(data, shape, dg, a, a_g, a_m, m, theta, theta_g, theta_m, work)
             theta[i], theta_g[i] = kept * w[i], kept * w_g[i] + w[i] * slope
         for j in range(3):
             slope = kept_size * (gradient[0] * w_m[0, j] + gradient[1] * w_m[1, j] + gradient[2] * w_m[2, j])
-            slope += kept_a * a_m[j]
+            slope += kept_a * share * r_m[j]
             for i in range(3):
                 theta_m[i, j] = kept * w_m[i, j] + w[i] * slope
 
@@ -188,7 +191,7 @@ def harden_yu(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m
     for i in range(3):
         alpha[i], alpha_g[i] = past[THETA + i], 0.0
     alpha_m[:] = 0.0
-    follow_bound(data, shape, dg, data.B + r - data.Y, r_g, r_m, m, alpha, alpha_g, alpha_m, work)
+    follow_bound(data, shape, past, dg, r, r_g, r_m, m, alpha, alpha_g, alpha_m, work)
     for i in range(3):
         alpha[i] += beta[i]
         alpha_g[i] += beta_g[i]
@@ -211,7 +214,7 @@ def remember_yu(data, shape, ep, past, begun, dg, m, n, h, now, work):
     theta_m[:] = 0.0
     for i in range(3):
         theta[i], theta_g[i], r_m[i] = past[THETA + i], 0.0, 0.0
-    follow_bound(data, shape, dg, data.B + r - data.Y, 0.0, r_m, m, theta, theta_g, theta_m, work)
+    follow_bound(data, shape, past, dg, r, 0.0, r_m, m, theta, theta_g, theta_m, work)
     for i in range(3):
         now[THETA + i] = theta[i]
 
