@@ -287,6 +287,11 @@ class Rate(Table):
         return solver.PowerLawRate(**self.power_law.model_dump())
 
 
+class ModulusKeys(Table):
+    E_a: PositiveStress = Field(description="Young's modulus in MPa after large plastic strain")
+    xi: Coefficient = Field(description="xi of E - (E - E_a) (1 - exp(-xi ep))")
+
+
 def _one_rate(value):
     return one_of(value, ("cowper_symonds", "power_law"), "a rate factor")
 
@@ -304,14 +309,22 @@ class Material(Table):
         description="a curve such as {swift = {K = 577, e0 = 0.0166, n = 0.359}}"
     )
     rate: Annotated[Rate, BeforeValidator(_one_rate)] | None = None
+    modulus: ModulusKeys | None = None
 
     def build(self):
         """solver.Material. Raises solver.SceneError."""
         import solver
 
         rate = self.rate.build() if self.rate else None
+        modulus = solver.DecayingModulus(**self.modulus.model_dump()) if self.modulus else None
         return solver.Material(
-            self.young, self.poisson, self.locus.build(), self.hardening.build(), name=self.name, rate=rate
+            self.young,
+            self.poisson,
+            self.locus.build(),
+            self.hardening.build(),
+            name=self.name,
+            rate=rate,
+            modulus=modulus,
         )
 
 

@@ -44,6 +44,23 @@ def test_marciniak_kuczynski_meets_the_reference_table():
         assert got == pytest.approx(major, abs=5e-4)  # the table's own error
 
 
+@pytest.mark.slow
+def test_marciniak_kuczynski_with_the_smallest_imperfection_meets_the_reference():
+    # f0 = 0.999: the longest paths, up to a major strain above 1.
+    table = np.array([row for row in rows("fld_mk.csv") if row[0] == 0.999])
+    assert len(table) >= 6
+    got = limit_strains(HOLLOMON, 0.999, np.column_stack([table[:, 1], np.zeros(len(table))]), step=1e-4)
+    assert got == pytest.approx(table[:, 2], abs=5e-4)  # the table's own error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("f0, exact", [(0.999, 0.18066), (0.995, 0.15850), (0.99, 0.14311), (0.98, 0.12304)])
+def test_marciniak_kuczynski_in_plane_strain_converges_to_the_exact_limit(f0, exact):
+    # benchmarks.md, "Forming limits". The criterion of ten times the strain rate lies a little before the limit, and a
+    # limit is told to a step: 5e-4, the table's own error.
+    assert limit_strains(HOLLOMON, f0, np.array([[0.0, 0.0]]), step=5e-5)[0] == pytest.approx(exact, abs=5e-4)
+
+
 @pytest.mark.parametrize("f0", [0.995, 0.98])
 def test_marciniak_kuczynski_in_plane_strain_is_a_closed_form(f0):
     # benchmarks.md: n ln e - e = ln f0 + n ln n - n, the strain at which the groove reaches its largest force.
