@@ -190,14 +190,15 @@ def shell(*problems: str, finest: int = 3, as_json: Json = False):
 
 @bench.command
 def elements(*, as_json: Json = False):
-    """Time per element and step of membranes and shells, ns on one core."""
-    from .bench_elements import HEADER, line_of, rows
+    """Time per element and step of membranes and shells, and with each material law, ns on one core."""
+    from .bench_elements import HEADER, LAW_HEADER, law_line, law_rows, line_of, rows
 
-    found = rows()
+    say("the laws' kernels are compiled the first time: about two minutes")
+    found, laws = rows(), law_rows()
     if as_json:
-        print_json(found)
+        print_json({"elements": found, "laws": laws})
     else:
-        print_table(plain_table(HEADER, map(line_of, found)))
+        print_table(plain_table(HEADER, map(line_of, found)), plain_table(LAW_HEADER, map(law_line, laws)))
 
 
 @bench.command(name="materials")

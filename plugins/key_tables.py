@@ -11,6 +11,19 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+class OrText:
+    """In the JSON schema, beside a table: the texts that a validator takes in its place.
+
+    texts : function that returns them
+    """
+
+    def __init__(self, texts):
+        self.texts = texts
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        return {"anyOf": [handler(schema), {"enum": list(self.texts())}]}
+
+
 def one_of(value, keys, expected):
     """A table that holds exactly one of some keys; misspelt ones are left to the check for unknown keys."""
     found = [key for key in keys if isinstance(value, dict) and key in value]

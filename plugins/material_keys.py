@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-from .key_tables import Table, one_of
+from .key_tables import OrText, Table, one_of
 from .quantities import (
     Coefficient,
     Name,
@@ -287,6 +287,11 @@ class Rate(Table):
         return solver.PowerLawRate(**self.power_law.model_dump())
 
 
+class ModulusKeys(Table):
+    E_a: PositiveStress = Field(description="Young's modulus in MPa after large plastic strain")
+    xi: Coefficient = Field(description="xi of E - (E - E_a) (1 - exp(-xi ep))")
+
+
 def _one_rate(value):
     return one_of(value, ("cowper_symonds", "power_law"), "a rate factor")
 
@@ -297,19 +302,29 @@ class Material(Table):
     name: Name = "sheet"
     young: PositiveStress = Field(description='Young\'s modulus in MPa, such as "70 GPa"')
     poisson: Poisson = Field(description="Poisson's ratio, such as 0.3")
-    locus: Annotated[Locus, BeforeValidator(_locus)] = Field(description='"von Mises" or {hill = {r = 0.64}}')
+    locus: Annotated[Locus, BeforeValidator(_locus), OrText(lambda: ["von Mises"])] = Field(
+        description='"von Mises" or {hill = {r = 0.64}}'
+    )
     hardening: Annotated[Hardening, BeforeValidator(_one_hardening)] = Field(
         description="a curve such as {swift = {K = 577, e0 = 0.0166, n = 0.359}}"
     )
     rate: Annotated[Rate, BeforeValidator(_one_rate)] | None = None
+    modulus: ModulusKeys | None = None
 
     def build(self):
         """solver.Material. Raises solver.SceneError."""
         import solver
 
         rate = self.rate.build() if self.rate else None
+        modulus = solver.DecayingModulus(**self.modulus.model_dump()) if self.modulus else None
         return solver.Material(
-            self.young, self.poisson, self.locus.build(), self.hardening.build(), name=self.name, rate=rate
+            self.young,
+            self.poisson,
+            self.locus.build(),
+            self.hardening.build(),
+            name=self.name,
+            rate=rate,
+            modulus=modulus,
         )
 
 
@@ -322,11 +337,61 @@ class PublishedSheet(Material):
         return published_sheet(self.name)
 
 
-def table_or_sheet(value):
-    if not isinstance(value, str):
-        return value
+class LimitTableKeys(Table):
+    """Points of a forming limit curve, minor strains rising; logarithmic unless engineering."""
+
+    minor: list[Number] = Field(description="minor strains that rise, such as [-0.2, 0, 0.2]")
+    major: list[PositiveNumber] = Field(description="the major strain at which the sheet necks, for each minor one")
+    engineering: bool = False
+
+
+class KeelerBrazierKeys(Table):
+    n: PositiveNumber = Field(description="the strain-hardening exponent, such as 0.2")
+
+
+class MarciniakKeys(Table):
+    f0: Annotated[float, Quantity("a ratio of thicknesses", above=0.5, below=1.0)] = 0.995
+
+
+class FormingLimitKeys(Table):
+    """The limit of strain: tabulated, by the rule of Keeler and Brazier, or computed from the material."""
+
+    table: LimitTableKeys | None = None
+    keeler_brazier: KeelerBrazierKeys | None = None
+    marciniak: MarciniakKeys | None = None
+
+    def build(self, material, thickness):
+        """The curve as the solver takes it. Raises solver.SceneError. thickness : mm"""
+        import solver
+
+        if self.table:
+            points = self.table.minor, self.table.major
+            return solver.LimitCurve.from_engineering(*points) if self.table.engineering else solver.LimitCurve(*points)
+        if self.keeler_brazier:
+            return solver.KeelerBrazier(thickness, self.keeler_brazier.n)
+        assert self.marciniak is not None  # _one_limit saw to it
+        return solver.marciniak_kuczynski(material, self.marciniak.f0)
+
+
+def _one_limit(value):
+    return one_of(value, ("table", "keeler_brazier", "marciniak"), "a forming limit curve")
+
+
+FormingLimit = Annotated[FormingLimitKeys, BeforeValidator(_one_limit)]
+
+
+def _sheets():
     from solver.materials.library import SHEETS
 
-    if value not in SHEETS:
-        raise wrong(shown(value), f"a table [material], or a published sheet: {', '.join(SHEETS)}")
+    return SHEETS
+
+
+def _table_or_sheet(value):
+    if not isinstance(value, str):
+        return value
+    if value not in _sheets():
+        raise wrong(shown(value), f"a table [material], or a published sheet: {', '.join(_sheets())}")
     return PublishedSheet.model_construct(name=value, hardening=Hardening())
+
+
+MaterialOrSheet = Annotated[Material, BeforeValidator(_table_or_sheet), OrText(_sheets)]

@@ -14,6 +14,7 @@ LABELS = {
     "thickness": ("thickness [mm]", 1.0),
     "strain_major": ("major strain", 1.0),
     "strain_minor": ("minor strain", 1.0),
+    "fld_margin": ("margin to the forming limit [%]", 100.0),
     "plastic_strain": ("equivalent plastic strain", 1.0),
     "stress": ("von Mises stress [MPa]", 1.0),
     "displacement": ("displacement [mm]", 1.0),

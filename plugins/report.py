@@ -16,6 +16,10 @@ FIGURES = {
     "thickness_min": ("smallest thickness", "mm", 1.0, 3),
     "thickness_max": ("largest thickness", "mm", 1.0, 3),
     "thinning_max": ("largest thinning", "%", 100.0, 1),
+    "fld_margin_min": ("smallest margin to the forming limit", "%", 100.0, 1),
+    "fld_margin_x": ("there, x", "mm", 1.0, 1),
+    "fld_margin_y": ("there, y", "mm", 1.0, 1),
+    "fld_margin_z": ("there, z", "mm", 1.0, 1),
 }
 # the same by the first letters of a figure's name
 FAMILIES = {

@@ -87,6 +87,8 @@ def build_blank(keys, parts):
         raise BuildError(f"blank.thickness: missing, expected a length in mm: part {described.part!r} is no plate")
     with about("material"):
         material = keys.material.build()
+    with about("forming_limit"):
+        limit = keys.forming_limit.build(material, thickness) if keys.forming_limit else None
     if described.element == "membrane" and described.layers:
         raise BuildError(f"blank.layers: found {described.layers}, expected none: a membrane has no layers")
     with about("blank"):
@@ -99,6 +101,7 @@ def build_blank(keys, parts):
             fixed=described.fixed,
             clamped=tuple(described.clamped),
             draw_in=described.draw_in,
+            forming_limit=limit,
         )
 
 

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, create_model
 from solver.implicit.method import Implicit
 
 from .key_tables import Table, one_of
-from .material_keys import Material, table_or_sheet
+from .material_keys import FormingLimit, MaterialOrSheet
 from .quantities import (
     Coefficient,
     Count,
@@ -204,9 +204,8 @@ class SceneKeys(Table):
     name: Name = "forming"
     cad: Name | None = None
     blank: Blank = Field(description="a table [blank] with part or outline, and size")
-    material: Annotated[Material, BeforeValidator(table_or_sheet)] = Field(
-        description="a table [material] with young, poisson, locus and hardening"
-    )
+    material: MaterialOrSheet = Field(description="a table [material] with young, poisson, locus and hardening")
+    forming_limit: FormingLimit | None = None
     tools: dict[str, Tool] = {}
     stages: list[Stage] = []
     implicit: ImplicitOptions = ImplicitOptions()  # pyright: ignore[reportInvalidTypeForm]
@@ -219,4 +218,5 @@ def history_columns(keys: SceneKeys) -> Mapping[str, str]:
     columns = {f"draw_in_{name}": "mm" for name in keys.blank.draw_in}
     for tool in keys.tools:
         columns |= {f"force_{tool}": "N", f"travel_{tool}": "mm"}
-    return columns | {"thickness_min": "mm", "thickness_max": "mm", "thinning_max": ""}
+    columns |= {"thickness_min": "mm", "thickness_max": "mm", "thinning_max": ""}
+    return columns | {"fld_margin_min": ""} if keys.forming_limit else columns

@@ -17,6 +17,7 @@ from .materials.law import Law
 from .materials.library import published_sheet
 from .materials.marciniak import marciniak_kuczynski
 from .materials.material import Material
+from .materials.modulus import DecayingModulus
 from .materials.quadratic import Hill48, PlanarHill, VonMises
 from .materials.rate import CowperSymonds, PowerLawRate
 from .materials.two_surface import TwoSurface
@@ -27,9 +28,10 @@ from .results import Frame, Progress, Results
 from .scene import Blank, Coulomb, Membrane, Scene, Shell, Stage, Tool
 
 __all__ = [
-    "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "Explicit", "Frame", "Hill48", "Hill90",
-    "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Kinematic", "Law", "LimitCurve", "Ludwik", "Material",
-    "Membrane", "Newton", "Penalty", "PlanarHill", "PowerLawRate", "Progress", "Results", "Scene", "SceneError",
-    "Shell", "Stage", "StepFailed", "Sum", "Swift", "Table", "Tool", "Touch", "TwoSurface", "Vegter", "Voce",
-    "VonMises", "Yld2000", "YoshidaUemori", "fld_margin", "form", "marciniak_kuczynski", "published_sheet",
+    "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "DecayingModulus", "Explicit", "Frame",
+    "Hill48", "Hill90", "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Kinematic", "Law", "LimitCurve",
+    "Ludwik", "Material", "Membrane", "Newton", "Penalty", "PlanarHill", "PowerLawRate", "Progress", "Results",
+    "Scene", "SceneError", "Shell", "Stage", "StepFailed", "Sum", "Swift", "Table", "Tool", "Touch", "TwoSurface",
+    "Vegter", "Voce", "VonMises", "Yld2000", "YoshidaUemori", "fld_margin", "form", "marciniak_kuczynski",
+    "published_sheet",
 ]  # fmt: skip

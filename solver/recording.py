@@ -4,6 +4,7 @@ import numpy as np
 
 from .contact.node_on_tool import OPEN
 from .draw_in import RimGauge
+from .materials.forming_limit import fld_margin
 from .results import Frame
 from .scene import AXES
 
@@ -46,6 +47,12 @@ class Recorder:
             columns[f"reaction_{group}_{AXES[axis]}"] = float(np.sum(force[nodes, axis] - touch))
         for name, gauge in self.gauges.items():
             columns[f"draw_in_{name}"] = gauge.read(state.sheet.x)
+        if self.scene.blank.forming_limit:
+            margin = self.limit_margin(*principal_strains(self.sheet.middle(state.sheet.strain)))
+            worst = int(np.argmin(margin))
+            columns["fld_margin_min"] = float(margin[worst])
+            for axis, place in zip(AXES, state.sheet.x[self.sheet.triangles.cells[worst]].mean(axis=0)):
+                columns[f"fld_margin_{axis}"] = float(place)
         results.record(
             stage=self.scene.stages[k].name,
             increment=len(results.history.get("increment", [])) + 1,
@@ -70,6 +77,8 @@ class Recorder:
         cells["thickness"] = thickness
         cells["thinning"] = 1.0 - thickness / self.sheet.blank.thickness
         cells["strain_major"], cells["strain_minor"] = major, minor
+        if self.scene.blank.forming_limit:
+            cells["fld_margin"] = self.limit_margin(major, minor)
         for suffix, layer in shown_layers(len(self.sheet.elements.weight)).items():
             cells["plastic_strain" + suffix] = state.sheet.equivalent.reshape(len(thickness), -1)[:, layer].copy()
             cells["stress" + suffix] = cauchy_stress(self.sheet.elements, state.sheet, layer)
@@ -85,6 +94,11 @@ class Recorder:
                 name: state.tools[name].travel[0] * tool.unit_axis for name, tool in self.scene.tools.items()
             },
         )
+
+    def limit_margin(self, major, minor):
+        """How far every triangle is from the forming limit, (m,). Necking is one of the whole thickness: major and
+        minor are the strains of the middle layer."""
+        return fld_margin(self.scene.blank.forming_limit, major, minor)
 
     def contact_fields(self, k, state):
         """Displacement, and contact summed over the stage's tools; gaps are projected afresh for every node."""

@@ -17,6 +17,7 @@ class Frame:
     point_fields : displacement (n, 3) mm, contact_gap (n,) mm, contact_pressure (n,) MPa,
         friction_traction (n, 3) MPa, contact_tool (n,) index of the nearest tool or -1
     cell_fields : thickness (m,) mm, thinning (m,) 1, strain_major (m,), strain_minor (m,) log strains,
+        fld_margin (m,) of a blank with a forming limit: 1 unstrained, 0 on the curve, negative beyond it,
         plastic_strain (m,) equivalent, stress (m, 6) Cauchy xx yy zz xy yz xz MPa; of a shell the middle layer, and
         the outermost ones with _top and _bottom, and its curvature (m, 3) 1/mm, section_force (m, 3) N/mm and
         section_moment (m, 3) N in rolling axes
@@ -52,6 +53,8 @@ class Results:
         n_contacts, force_<tool> [N, whole part, along the tool's axis, on the tool], travel_<tool> [mm],
         reaction_<group>_<axis> [N, on the modelled nodes of a group that is moved], draw_in_<name> [mm],
         thickness_min, thickness_max [mm], thinning_max,
+        fld_margin_min and fld_margin_x, _y, _z (where the blank has a forming limit: the smallest margin, and the
+        middle of its triangle [mm]),
         torsion_share (work of the torsion stabilisation relative to the external work so far)
     frames : [Frame], the ones asked for
     energy : {external: work by tools, loads and supports; internal, friction, contact, torsion; imbalance} [mJ],
@@ -92,6 +95,14 @@ class Results:
         found = []
         if "torsion_share" not in self.history:
             return found
+        margin = np.array(self.history.get("fld_margin_min", []))
+        if (margin < 0.0).any():
+            first = int(np.argmax(margin < 0.0))
+            place = ", ".join(f"{self.history[f'fld_margin_{axis}'][first]:.1f}" for axis in "xyz")
+            found.append(
+                f"from {self.history['stroke'][first]:.3g} mm on, strains are beyond the forming limit, "
+                f"first near ({place}) mm"
+            )
         stroke = np.array(self.history["stroke"])
         share = np.array(self.history["torsion_share"])
         leaning = (share > LARGEST_TORSION_SHARE) & (stroke > 0.1 * stroke[-1])

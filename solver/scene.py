@@ -4,7 +4,7 @@ A `Scene` is a `Blank` and a list of `Stage`s; a stage lists the `Tool`s that ta
 does. Units: mm, N, s, MPa. Nothing here changes during a run.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -55,6 +55,8 @@ class Blank:
     clamped : groups of nodes held in place, on whose edges a shell cannot turn either
     draw_in : {name: direction} along which the movement of the rim towards the blank's centre is
         recorded, for example {"DX": (1, 0, 0)}
+    forming_limit : major strain at which the sheet necks, a function of the minor one: LimitCurve, KeelerBrazier or
+        marciniak_kuczynski(...); the margin to it is then recorded
     """
 
     mesh: Any
@@ -65,8 +67,11 @@ class Blank:
     fixed: Mapping[str, str] = field(default_factory=dict)
     clamped: Sequence[str] = ()
     draw_in: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    forming_limit: Callable | None = None
 
     def __post_init__(self):
+        if not (self.forming_limit is None or callable(self.forming_limit)):
+            raise SceneError(f"blank forming_limit: found {self.forming_limit!r}, expected a curve such as LimitCurve")
         if not (np.isfinite(self.thickness) and self.thickness > 0.0):
             raise SceneError(f"blank thickness: found {self.thickness!r}, expected a length above 0 mm")
         points, cells = np.asarray(self.mesh.points), np.asarray(self.mesh.cells)

@@ -1,8 +1,8 @@
 """Hardening curves: yield stress against equivalent plastic strain, and their table.
 
 Any callable that maps an array of strains to stresses [MPa] is a hardening curve; the classes here are
-the usual ones. The solver sees only the table: cubic Hermite pieces over knots spaced as fourth powers, dense
-where the curve is steep. With 1024 knots a Swift curve with e0 of 1e-4 is met to 1e-9 of its value.
+the usual ones. The solver sees only the table: cubic pieces over knots spaced as fourth powers, dense where the
+curve is steep. With 1024 knots a Swift curve with e0 of 1e-4 is met to 1e-9 of its value.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +15,8 @@ from numba import njit
 from ..errors import SceneError
 
 N_KNOTS = 1024
-LARGEST_STRAIN = 4.0  # the table's end; beyond it the curve goes on straight
+LARGEST_STRAIN = 4.0  # the table's end; beyond it the curve goes on straight in y
+WIDTH = LARGEST_STRAIN**0.25 / (N_KNOTS - 1)  # of a piece, in y
 
 
 def _positive(kind, **values):
@@ -121,12 +122,12 @@ class Sum:
 
 
 def tabulate(curve):
-    """Knots of a hardening curve: (N_KNOTS, 2), value [MPa] and derivative with respect to y, at the strains
-    y^4 for evenly spaced y up to LARGEST_STRAIN^(1/4).
+    """Pieces of a hardening curve: (N_KNOTS, 4), the cubic a0 + a1 s + a2 s^2 + a3 s^3 [MPa] from each knot to the
+    next, s from 0 to 1; knots at the strains y^4 for evenly spaced y. The last row goes on straight in y.
 
     Raises SceneError where the curve is not a finite stress above 0.
     """
-    y = np.linspace(0.0, LARGEST_STRAIN**0.25, N_KNOTS)
+    y = WIDTH * np.arange(N_KNOTS)
     value = np.asarray(curve(y**4), dtype=float) * np.ones(N_KNOTS)
     wrong = ~(np.isfinite(value) & (value > 0.0))
     if wrong.any():
@@ -135,10 +136,16 @@ def tabulate(curve):
         raise SceneError(f"hardening curve: {found}, expected a finite stress above 0")
     # No overshoot between knots where the curve has a corner (Fritsch and Carlson 1980).
     limit = np.full(N_KNOTS, np.inf)
-    secant = 3.0 * np.abs(np.diff(value) / np.diff(y))
+    secant = 3.0 * np.abs(np.diff(value))
     limit[:-1] = secant
     limit[1:] = np.minimum(limit[1:], secant)
-    return np.ascontiguousarray(np.column_stack([value, np.clip(_slopes(curve, y), -limit, limit)]))
+    slope = np.clip(WIDTH * _slopes(curve, y), -limit, limit)
+    rise, d0, d1 = np.diff(value), slope[:-1], slope[1:]
+    table = np.zeros((N_KNOTS, 4))
+    table[:, 0], table[:, 1] = value, slope
+    table[:-1, 2], table[:-1, 3] = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
+    table[-1, 1] = max(slope[-1], 0.0)  # above 0 for ever
+    return table
 
 
 def _slopes(curve, y):
@@ -153,22 +160,23 @@ def _slopes(curve, y):
 
 
 @njit(forceinline=True)
+def place_of(strain):
+    """y of a strain, and its place among the knots: row of the table plus s."""
+    y = sqrt(sqrt(strain if strain > 0.0 else 0.0))
+    return y, y * (1.0 / WIDTH)
+
+
+@njit(forceinline=True)
+def piece(y, s, a0, a1, a2, a3):
+    """Yield stress [MPa] and its slope with respect to the strain, from a row of the table."""
+    y = y if y > 0.5 * WIDTH else 0.5 * WIDTH  # dy/dstrain is unbounded at 0: its value half-way stands in
+    slope = (a1 + s * (2.0 * a2 + s * 3.0 * a3)) / (4.0 * WIDTH * y * y * y)
+    return a0 + s * (a1 + s * (a2 + s * a3)), slope
+
+
+@njit(forceinline=True)
 def yield_stress(strain, table):
     """Yield stress [MPa] and its slope with respect to the strain, from the table of `tabulate`."""
-    n = table.shape[0]
-    end = sqrt(sqrt(LARGEST_STRAIN))
-    width = end / (n - 1)
-    if strain >= LARGEST_STRAIN:
-        slope = table[n - 1, 1] / (4.0 * end**3)
-        return table[n - 1, 0] + slope * (strain - LARGEST_STRAIN), slope
-    y = sqrt(sqrt(max(strain, 0.0)))
-    i = min(int(y / width), n - 2)
-    s = y / width - i
-    y0, y1 = table[i, 0], table[i + 1, 0]
-    d0, d1 = table[i, 1] * width, table[i + 1, 1] * width
-    c2 = 3.0 * (y1 - y0) - 2.0 * d0 - d1
-    c3 = d0 + d1 - 2.0 * (y1 - y0)
-    value = y0 + s * (d0 + s * (c2 + s * c3))
-    slope = (d0 + s * (2.0 * c2 + s * 3.0 * c3)) / width
-    # dy/dstrain is unbounded at 0: in the first interval its value half-way stands in.
-    return value, slope / (4.0 * max(y, 0.5 * width) ** 3)
+    y, place = place_of(strain)
+    i = int(place) if place < N_KNOTS - 1.0 else N_KNOTS - 1
+    return piece(y, place - i, table[i, 0], table[i, 1], table[i, 2], table[i, 3])

@@ -23,7 +23,20 @@ import numpy as np
 from numba import njit, prange
 
 from ..state import Arrays
-from .logarithmic_strain import log_strain_gradient, log_strain_second
+from .block import (
+    BLOCK,
+    H1,
+    H2,
+    H3,
+    SHARED,
+    T1,
+    T2,
+    T3,
+    block_pull_back,
+    block_strains,
+    n_blocks,
+    take_stiffness,
+)
 
 NO_TANGENT = np.empty((0, 3, 3))
 
@@ -82,30 +95,29 @@ class Law:
         pull_back(metric, new.stress, stiffness, new.second_stress, new.tangent if tangent else NO_TANGENT)
 
 
-@njit(parallel=True, cache=True)
+@njit(parallel=True, cache=True, error_model="numpy")
 def strains(metric, strain):
     """Fills strain (p, 3), logarithmic, from metric (p, 3)."""
-    for p in prange(metric.shape[0]):
-        y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
-        log_strain_gradient(y1, y2, y3, strain[p], np.empty((3, 3)))
+    for block in prange(n_blocks(metric.shape[0])):
+        a = block * BLOCK
+        e = min(a + BLOCK, metric.shape[0])
+        w = np.empty(SHARED * BLOCK)
+        block_strains(metric[a:e], w)
+        for p in range(e - a):
+            strain[a + p, 0], strain[a + p, 1], strain[a + p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
 
 
-@njit(parallel=True, cache=True)
+@njit(parallel=True, cache=True, error_model="numpy")
 def pull_back(metric, stress, stiffness, second_stress, tangent):
     """Fills S (p, 3) and, where it is not empty, dS/dE (p, 3, 3), from T (p, 3) and dT/dH (p, 3, 3) [MPa]."""
-    for p in prange(metric.shape[0]):
-        first, second, strain = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-        y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
-        t, c = stress[p], stiffness[p]
-        log_strain_gradient(y1, y2, y3, strain, first)
-        for i in range(3):
-            second_stress[p, i] = first[0, i] * t[0] + first[1, i] * t[1] + first[2, i] * t[2]
-        if tangent.shape[0] == 0:
-            continue
-        log_strain_second(y1, y2, y3, t, second)
-        for i in range(3):
-            for j in range(3):
-                total = second[i, j]
-                for k in range(3):
-                    total += first[k, i] * (c[k, 0] * first[0, j] + c[k, 1] * first[1, j] + c[k, 2] * first[2, j])
-                tangent[p, i, j] = total
+    for block in prange(n_blocks(metric.shape[0])):
+        a = block * BLOCK
+        e = min(a + BLOCK, metric.shape[0])
+        w = np.empty(SHARED * BLOCK)
+        block_strains(metric[a:e], w)
+        for p in range(e - a):
+            w[T1 + p], w[T2 + p], w[T3 + p] = stress[a + p, 0], stress[a + p, 1], stress[a + p, 2]
+        if tangent.shape[0] > 0:
+            for p in range(e - a):
+                take_stiffness(w, p, stiffness[a + p])
+        block_pull_back(w, second_stress[a:e], tangent[a:e])

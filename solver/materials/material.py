@@ -11,7 +11,9 @@ from ..errors import SceneError
 from .hardening import tabulate
 from .isotropic import CurveData
 from .law import NO_TANGENT, point_state
-from .quadratic import Quadratic, modes_of, update_quadratic
+from .modulus import DecayingModulus, Elastic
+from .quadratic import Quadratic
+from .quadratic_return import modes_of, update_quadratic
 from .rate import rate_data
 from .return_map import update_general
 from .yield_locus import LOCI, warn_unless_convex
@@ -29,6 +31,7 @@ class Material:
         which move the yield surface too
     name : heads reports
     rate : CowperSymonds or PowerLawRate; counts where increments have a length in time
+    modulus : DecayingModulus where unloading shows a modulus that falls with plastic strain
     density : tonne/mm^3, that of steel; quasi-static forming does not depend on it
     """
 
@@ -38,6 +41,7 @@ class Material:
     hardening: Callable | Any
     name: str = "sheet"
     rate: Any = None
+    modulus: DecayingModulus | None = None
     density: float = 7.85e-9
 
     def __post_init__(self):
@@ -55,6 +59,10 @@ class Material:
             raise SceneError(f"material hardening: found {self.hardening!r}, expected a curve such as Swift")
         if self.rate is not None and not hasattr(self.rate, "data"):
             raise SceneError(f"material rate: found {self.rate!r}, expected a factor such as CowperSymonds")
+        if self.modulus is not None and not isinstance(self.modulus, DecayingModulus):
+            raise SceneError(f"material modulus: found {self.modulus!r}, expected DecayingModulus")
+        if self.modulus is not None and self.modulus.E_a > self.young:
+            raise SceneError(f"modulus E_a: found {self.modulus.E_a!r}, expected at most young = {self.young!r} MPa")
 
     @property
     def moves(self):
@@ -66,6 +74,17 @@ class Material:
         """Columns of the history beside plastic and equivalent strain."""
         return self.hardening.n_history if self.moves else 0
 
+    @property
+    def one_equation(self):
+        """Whether a point's return map is one scalar equation."""
+        return isinstance(self.locus, Quadratic) and not self.moves and self.modulus is None
+
+    @cached_property
+    def elastic(self):
+        """Elasticity as the kernels take it."""
+        lost, xi = (self.young - self.modulus.E_a, self.modulus.xi) if self.modulus else (0.0, 0.0)
+        return Elastic(float(self.young), float(self.poisson), float(lost), float(xi))
+
     @cached_property
     def law(self):
         """Hardening as the kernels take it."""
@@ -74,7 +93,7 @@ class Material:
     @cached_property
     def shape(self):
         """Yield locus as the kernels take it: modes where one scalar equation is enough."""
-        if isinstance(self.locus, Quadratic) and not self.moves:
+        if self.one_equation:
             return modes_of(self.locus.matrix, self.young, self.poisson)
         return self.locus.data()
 
@@ -98,22 +117,23 @@ class Material:
         """
         rate = rate_data(self.rate, dt)
         wanted = new.tangent if tangent else NO_TANGENT
-        if isinstance(self.locus, Quadratic) and not self.moves:
+        if self.one_equation:
             update_quadratic(
                 metric, old.plastic, old.equivalent, self.shape, self.law.table, rate, new.second_stress, wanted,
                 new.strain, new.plastic, new.equivalent, new.stress, new.thickness_strain,
             )  # fmt: skip
         else:
             update_general(
-                metric, old.plastic, old.equivalent, old.history, self.shape, self.law, rate, float(self.young),
-                float(self.poisson), new.second_stress, wanted, new.strain, new.plastic, new.equivalent, new.history,
-                new.stress, new.thickness_strain,
+                metric, old.plastic, old.equivalent, old.history, self.shape, self.law, rate, self.elastic,
+                new.second_stress, wanted, new.strain, new.plastic, new.equivalent, new.history, new.stress,
+                new.thickness_strain,
             )  # fmt: skip
 
     def describe(self):
         """One line for the plan."""
         rate = f" and {_name(self.rate)}" if self.rate is not None else ""
-        return f"{self.name}: {_name(self.locus)} with {_name(self.hardening)}{rate}, plane stress"
+        modulus = f", modulus falling to {self.modulus.E_a:g} MPa" if self.modulus else ""
+        return f"{self.name}: {_name(self.locus)} with {_name(self.hardening)}{rate}{modulus}, plane stress"
 
     @property
     def initial_yield_stress(self):

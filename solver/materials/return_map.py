@@ -18,11 +18,24 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from .block import (
+    BLOCK,
+    H1,
+    H2,
+    H3,
+    SHARED,
+    T1,
+    T2,
+    T3,
+    block_pull_back,
+    block_strains,
+    n_blocks,
+    take_stiffness,
+)
 from .dispatch import backstress, begin, harden, locus, remember
-from .logarithmic_strain import log_strain_gradient, log_strain_second
+from .modulus import young_at
 from .rate import rate_factor
 
-CHUNK = 64  # points that share scratch arrays
 TOLERANCE = 1e-12  # of the yield strain; of the trial strain 1e-14
 
 
@@ -48,17 +61,15 @@ class Scratch(NamedTuple):
     alpha_m: np.ndarray  # (3, 3)
     work: np.ndarray  # (8, 3, 3) of the hardening law
     stiffness: np.ndarray  # (3, 3) dT/dH
-    first: np.ndarray  # (3, 3) dH/dE
-    second: np.ndarray  # (3, 3) T d2H/dE2
 
 
 @njit(forceinline=True)
 def new_scratch():
     """Scratch of one thread."""
-    v, a = np.zeros((11, 3)), np.zeros((9, 3, 3))
+    v, a = np.zeros((11, 3)), np.zeros((6, 3, 3))
     return Scratch(
         v[0], v[1], v[2], v[3], v[4], v[5], v[6], a[0], a[1], v[7], v[8], v[9], a[2], a[3], v[10],
-        np.zeros(3), a[4], np.zeros((8, 3, 3)), a[5], a[6], a[7],
+        np.zeros(3), a[4], np.zeros((8, 3, 3)), a[5],
     )  # fmt: skip
 
 
@@ -79,7 +90,7 @@ def invert(a, inverse):
 
 
 @njit(forceinline=True, _nrt=False)
-def linearise(k, dg, phi, young, nu):
+def linearise(k, dg, phi, young, young_slope, nu):
     """Fills jacobian = dr/dx, its inverse and b = dr/ddg."""
     # dm/dx = (1 - m n^T)/phi
     k.jacobian[:] = 0.0
@@ -93,15 +104,20 @@ def linearise(k, dg, phi, young, nu):
         k.jacobian[0, j] = (a0 - nu * a1) / young + dg * k.h[0, j]
         k.jacobian[1, j] = (a1 - nu * a0) / young + dg * k.h[1, j]
         k.jacobian[2, j] = 2.0 * (1.0 + nu) * a2 / young + dg * k.h[2, j]
-    k.b[0] = (k.alpha_g[0] - nu * k.alpha_g[1]) / young + k.n[0]
-    k.b[1] = (k.alpha_g[1] - nu * k.alpha_g[0]) / young + k.n[1]
-    k.b[2] = 2.0 * (1.0 + nu) * k.alpha_g[2] / young + k.n[2]
+    # d(De^-1 T)/ddg = De^-1 (d alpha/ddg - E'/E T)
+    loss = young_slope / young
+    g0 = k.alpha_g[0] - loss * (k.x[0] + k.alpha[0])
+    g1 = k.alpha_g[1] - loss * (k.x[1] + k.alpha[1])
+    g2 = k.alpha_g[2] - loss * (k.x[2] + k.alpha[2])
+    k.b[0] = (g0 - nu * g1) / young + k.n[0]
+    k.b[1] = (g1 - nu * g0) / young + k.n[1]
+    k.b[2] = 2.0 * (1.0 + nu) * g2 / young + k.n[2]
     invert(k.jacobian, k.inverse)
 
 
 # Without counting references to arrays, all of which outlive the call: that took 1.5 us of 2.6 us per Yld2000 point.
 @njit(_nrt=False)
-def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
+def newton(shape, hardening, rate, elastic, e, ep, past, begun, dg, k):
     """Solve for x (in k.x) and dg from a guess. Returns whether it converged, dg and the slope of the size.
 
     On success k holds everything at the solution, linearised.
@@ -109,12 +125,13 @@ def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
     base, trial, length, dstep = dg, dg, 0.0, 0.0
     for i in range(3):
         k.step[i] = 0.0
-    best = np.inf
+    best, nu = np.inf, elastic.nu
     length_e = sqrt(e[0] ** 2 + e[1] ** 2 + e[2] ** 2)
     for _ in range(80):
         for i in range(3):
             k.guess[i] = k.x[i] + length * k.step[i]
         trial = base + length * dstep
+        young, young_slope = young_at(elastic, ep + trial)
         phi = locus(shape, k.guess, k.n, k.h)
         merit, f, size, slope = np.inf, 0.0, 0.0, 0.0
         if phi > 0.0:
@@ -133,8 +150,8 @@ def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
             k.r[1] = (t1 - nu * t0) / young - e[1] + trial * k.n[1]
             k.r[2] = 2.0 * (1.0 + nu) * t2 / young - e[2] + trial * k.n[2]
             f = phi - size
-            merit = k.r[0] ** 2 + k.r[1] ** 2 + k.r[2] ** 2 + (f / young) ** 2
-        limit = TOLERANCE * size / young + 1e-14 * length_e
+            merit = k.r[0] ** 2 + k.r[1] ** 2 + k.r[2] ** 2 + (f / elastic.young) ** 2
+        limit = TOLERANCE * size / elastic.young + 1e-14 * length_e
         done = merit <= limit * limit
         if not done and not merit <= (1.0 - 2e-4 * length) * best:
             # Less of the step: the minimum of a parabola through what is known.
@@ -146,7 +163,7 @@ def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
         for i in range(3):
             k.x[i] = k.guess[i]
         base, best = trial, merit
-        linearise(k, base, phi, young, nu)
+        linearise(k, base, phi, young, young_slope, nu)
         if done:
             return True, base, slope
         q0 = k.inverse[0, 0] * k.r[0] + k.inverse[0, 1] * k.r[1] + k.inverse[0, 2] * k.r[2]
@@ -165,11 +182,13 @@ def newton(shape, hardening, rate, young, nu, e, ep, past, begun, dg, k):
 
 
 @njit(forceinline=True, _nrt=False)
-def return_point(shape, hardening, rate, young, nu, ep, past, k):
+def return_point(shape, hardening, rate, elastic, ep, past, k):
     """Stress of one point whose trial strain is k.e. Returns dg (0: elastic, NaN: no solution), size slope.
 
     On plastic return k.x, k.alpha and the linearisation hold the solution.
     """
+    nu = elastic.nu
+    young, _ = young_at(elastic, ep)
     c = young / (1.0 - nu * nu)
     backstress(hardening, past, k.alpha)
     k.x[0] = c * (k.e[0] + nu * k.e[1]) - k.alpha[0]
@@ -198,7 +217,7 @@ def return_point(shape, hardening, rate, young, nu, ep, past, k):
     k.start[0], k.start[1] = (t0 - nu * t1) / young, (t1 - nu * t0) / young
     k.start[2] = 2.0 * (1.0 + nu) * t2 / young
     x0, x1, x2 = k.x[0], k.x[1], k.x[2]
-    good, found, slope = newton(shape, hardening, rate, young, nu, k.e, ep, past, begun, dg, k)
+    good, found, slope = newton(shape, hardening, rate, elastic, k.e, ep, past, begun, dg, k)
     if good:
         return found, slope, begun
     # Approach the trial state in steps.
@@ -209,7 +228,7 @@ def return_point(shape, hardening, rate, young, nu, ep, past, k):
         x0, x1, x2 = k.x[0], k.x[1], k.x[2]
         for i in range(3):
             k.aim[i] = k.start[i] + ahead * (k.e[i] - k.start[i])
-        good, found, slope = newton(shape, hardening, rate, young, nu, k.aim, ep, past, begun, dg, k)
+        good, found, slope = newton(shape, hardening, rate, elastic, k.aim, ep, past, begun, dg, k)
         if good:
             dg, tau = found, ahead
             if tau >= 1.0:
@@ -223,7 +242,7 @@ def return_point(shape, hardening, rate, young, nu, ep, past, k):
 
 
 @njit(forceinline=True, _nrt=False)
-def stiffness_of(k, dg, slope, young, nu):
+def stiffness_of(k, dg, slope, young, young_slope, nu):
     """Fills k.stiffness = dT/dH at the solution."""
     c = young / (1.0 - nu * nu)
     shear = 0.5 * young / (1.0 + nu)
@@ -250,29 +269,33 @@ def stiffness_of(k, dg, slope, young, nu):
         a0, a1 = k.stiffness[0, j], k.stiffness[1, j]
         k.stiffness[0, j], k.stiffness[1, j] = c * (a0 + nu * a1), c * (a1 + nu * a0)
         k.stiffness[2, j] *= shear
+    if dg > 0.0 and young_slope != 0.0:
+        loss = young_slope / young
+        for i in range(3):
+            for j in range(3):
+                k.stiffness[i, j] += loss * (k.x[i] + k.alpha[i]) * k.r[j]
 
 
-@njit
-def update_points(
-    begin_point, end_point, metric, hp_old, ep_old, past, shape, hardening, rate, young, nu,
-    s, ds_dc, strain, hp, ep, now, stress, thickness_strain,
+@njit(error_model="numpy")
+def return_block(w, hp_old, ep_old, past, shape, hardening, rate, elastic, strain, hp, ep, now, stress,
+    thickness_strain, wanted,
 ):  # fmt: skip
-    """`update_general` from one point to before another."""
-    k = new_scratch()
-    c, shear = young / (1.0 - nu * nu), 0.5 * young / (1.0 + nu)
-    for p in range(begin_point, end_point):
-        y1, y2, y3 = 0.5 * (metric[p, 0] - 1.0), 0.5 * (metric[p, 1] - 1.0), metric[p, 2]
-        log_strain_gradient(y1, y2, y3, strain[p], k.first)
+    """Fills T and the outputs of a block, and C where it is wanted."""
+    k, nu = new_scratch(), elastic.nu
+    for p in range(ep.shape[0]):
+        strain[p, 0], strain[p, 1], strain[p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
         for i in range(3):
             k.e[i] = strain[p, i] - hp_old[p, i]
-        dg, slope, begun = return_point(shape, hardening, rate, young, nu, ep_old[p], past[p], k)
+        dg, slope, begun = return_point(shape, hardening, rate, elastic, ep_old[p], past[p], k)
         ep[p] = ep_old[p] + dg
+        young, young_slope = young_at(elastic, ep[p])
         if dg == 0.0:
             for i in range(3):
                 hp[p, i] = hp_old[p, i]
             for i in range(past.shape[1]):
                 now[p, i] = past[p, i]
-            t0, t1, t2 = c * (k.e[0] + nu * k.e[1]), c * (k.e[1] + nu * k.e[0]), shear * k.e[2]
+            c = young / (1.0 - nu * nu)
+            t0, t1, t2 = c * (k.e[0] + nu * k.e[1]), c * (k.e[1] + nu * k.e[0]), 0.5 * young / (1.0 + nu) * k.e[2]
         else:
             remember(hardening, shape, ep_old[p], past[p], begun, dg, k.m, k.n, k.hm, now[p], k.work)
             for i in range(3):
@@ -281,34 +304,29 @@ def update_points(
             if isnan(dg):
                 t0 = t1 = t2 = np.nan
         stress[p, 0], stress[p, 1], stress[p, 2] = t0, t1, t2
+        w[T1 + p], w[T2 + p], w[T3 + p] = t0, t1, t2
         thickness_strain[p] = -nu / young * (t0 + t1) - hp[p, 0] - hp[p, 1]
-        for i in range(3):
-            s[p, i] = k.first[0, i] * t0 + k.first[1, i] * t1 + k.first[2, i] * t2
-        if ds_dc.shape[0] == 0:
-            continue
-        stiffness_of(k, dg, slope, young, nu)
-        log_strain_second(y1, y2, y3, stress[p], k.second)
-        for i in range(3):
-            for j in range(3):
-                total = k.second[i, j]
-                for l in range(3):
-                    row = k.stiffness[l]
-                    total += k.first[l, i] * (row[0] * k.first[0, j] + row[1] * k.first[1, j] + row[2] * k.first[2, j])
-                ds_dc[p, i, j] = total
+        if wanted:
+            stiffness_of(k, dg, slope, young, young_slope, nu)
+            take_stiffness(w, p, k.stiffness)
 
 
-@njit(parallel=True, cache=True)
+@njit(parallel=True, cache=True, error_model="numpy")
 def update_general(
-    metric, hp_old, ep_old, past, shape, hardening, rate, young, nu,
-    s, ds_dc, strain, hp, ep, now, stress, thickness_strain,
+    metric, hp_old, ep_old, past, shape, hardening, rate, elastic, s, ds_dc, strain, hp, ep, now, stress,
+    thickness_strain,
 ):  # fmt: skip
-    """Stress of every point from its metric; arrays as in `update_quadratic`, past and now (p, k) the histories.
+    """Stress of every point from its metric; arrays as in `update_quadratic`; past and now (p, k) the histories.
 
     A point whose return map finds no solution gets NaN.
     """
-    n_points = metric.shape[0]
-    for block in prange((n_points + CHUNK - 1) // CHUNK):
-        update_points(
-            block * CHUNK, min((block + 1) * CHUNK, n_points), metric, hp_old, ep_old, past, shape, hardening, rate,
-            young, nu, s, ds_dc, strain, hp, ep, now, stress, thickness_strain,
+    for block in prange(n_blocks(metric.shape[0])):
+        a = block * BLOCK
+        e = min(a + BLOCK, metric.shape[0])
+        w = np.empty(SHARED * BLOCK)
+        block_strains(metric[a:e], w)
+        return_block(
+            w, hp_old[a:e], ep_old[a:e], past[a:e], shape, hardening, rate, elastic, strain[a:e], hp[a:e], ep[a:e],
+            now[a:e], stress[a:e], thickness_strain[a:e], ds_dc.shape[0] > 0,
         )  # fmt: skip
+        block_pull_back(w, s[a:e], ds_dc[a:e])

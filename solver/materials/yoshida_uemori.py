@@ -8,9 +8,10 @@ Symbols: p equivalent plastic strain; m = (T - alpha)/Y, phi(m) = 1; alpha = the
     R                dR = k (R_sat - R) dp, only while beta moves the surface of stagnation phi(beta - q) = r
     stagnation       dr = h d phi(beta - q), dq = (1 - h) d phi(beta - q) along beta - q
 
-(k is the paper's m.) Over an increment m stays at its end value: beta follows in closed form, theta by a two-stage
-L-stable Runge-Kutta method (SDIRK2) in `N_STEPS` sub-steps, each stage of which is a quadratic equation for
-sqrt(phi(theta)). Every derivative is that of these formulas.
+(k is the paper's m.) Over an increment m stays at its end value: beta follows in closed form, theta = K theta_old + J m
+by a two-stage L-stable Runge-Kutta method (SDIRK2) in `N_STEPS` sub-steps, each stage of which is a quadratic equation
+for sqrt(phi(theta)). Every derivative is that of these formulas. Sub-steps of the increments that theta turns round in
+count most: with six of them, strains of 0.004 after a reversal are met to 0.6 MPa (four: 1.7, eight: 0.25).
 """
 
 from dataclasses import dataclass, fields
@@ -24,7 +25,7 @@ from ..errors import SceneError
 from .dispatch import POINTS, locus
 from .isotropic import begin_nothing
 
-N_STEPS = 2
+N_STEPS = 6
 GAMMA = 1.0 - sqrt(0.5)
 # Columns of the history.
 THETA, BETA, Q, RADIUS, R = 0, 3, 6, 9, 10
@@ -130,76 +131,85 @@ def grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m):
 
 
 @njit
-def follow_bound(data, shape, dg, a, a_g, a_m, m, theta, theta_g, theta_m, work):
-    """Carry theta (3,) over dg, with its derivatives with respect to dg and m; a(dg, m) is that of the end."""
-    w, w_g, w_m, gradient = work[2, 0], work[2, 1], work[3], work[2, 2]
-    before, before_g, before_m = work[4, 0], work[4, 1], work[5]
+def follow_bound(data, shape, past, dg, r, r_g, r_m, m, k_m, j_m, work):
+    """theta = K theta_old + J m after dg, while R goes straight from its old value to r(dg, m).
+
+    Returns K, J and their derivatives with respect to dg; fills those with respect to m, k_m and j_m (3,).
+    """
+    w, gradient, old = work[4, 0], work[4, 1], work[4, 2]
+    wk_m, wj_m, before_k_m, before_j_m = work[2, 0], work[2, 1], work[2, 2], work[3, 0]
+    for i in range(3):
+        old[i], k_m[i], j_m[i] = past[THETA + i], 0.0, 0.0
+    k, k_g, j, j_g = 1.0, 0.0, 0.0, 0.0
+    before_k, before_k_g, before_j, before_j_g = k, k_g, j, j_g
     g_g = GAMMA * data.C / N_STEPS
     g = g_g * dg
-    root_a = sqrt(a)
+    ahead = (1.0 - GAMMA) / GAMMA
     for stage in range(2 * N_STEPS):
         second = stage % 2 == 1
-        ahead = (1.0 - GAMMA) / GAMMA
+        share = (stage // 2 + (1.0 if second else GAMMA)) / N_STEPS
+        a = data.B - data.Y + past[R] + share * (r - past[R])
+        a_g, root_a = share * r_g, sqrt(a)
+        if second:  # from the sub-step's start, with the first stage's slope
+            wk, wk_g = before_k + ahead * (k - before_k), before_k_g + ahead * (k_g - before_k_g)
+            wj, wj_g = before_j + ahead * (j - before_j), before_j_g + ahead * (j_g - before_j_g)
+            for i in range(3):
+                wk_m[i] = before_k_m[i] + ahead * (k_m[i] - before_k_m[i])
+                wj_m[i] = before_j_m[i] + ahead * (j_m[i] - before_j_m[i])
+        else:
+            before_k, before_k_g, before_j, before_j_g = k, k_g, j, j_g
+            wk, wk_g, wj, wj_g = k, k_g, j, j_g
+            for i in range(3):
+                before_k_m[i] = wk_m[i] = k_m[i]
+                before_j_m[i] = wj_m[i] = j_m[i]
+        wj += g * a
+        wj_g += g_g * a + g * a_g
         for i in range(3):
-            if second:  # from the sub-step's start, with the first stage's slope
-                w[i] = before[i] + ahead * (theta[i] - before[i])
-                w_g[i] = before_g[i] + ahead * (theta_g[i] - before_g[i])
-            else:
-                before[i], before_g[i] = theta[i], theta_g[i]
-                w[i], w_g[i] = theta[i], theta_g[i]
-            w[i] += g * a * m[i]
-            w_g[i] += (g_g * a + g * a_g) * m[i]
-            for j in range(3):
-                if second:
-                    w_m[i, j] = before_m[i, j] + ahead * (theta_m[i, j] - before_m[i, j])
-                else:
-                    before_m[i, j] = theta_m[i, j]
-                    w_m[i, j] = theta_m[i, j]
-                w_m[i, j] += g * m[i] * a_m[j]
-            w_m[i, i] += g * a
+            wj_m[i] += g * share * r_m[i]
+            w[i] = wk * old[i] + wj * m[i]
         # theta (1 + g sqrt(a/phi(theta))) = w: y = sqrt(phi(theta)) solves y^2 + g sqrt(a) y = phi(w).
         size = locus(shape, w, gradient, work[1])
         if size <= 1e-14 * a:
-            theta[:] = 0.0
-            theta_g[:] = 0.0
-            theta_m[:] = 0.0
+            k = k_g = j = j_g = 0.0
+            for i in range(3):
+                k_m[i] = j_m[i] = 0.0
             continue
+        along_old = gradient[0] * old[0] + gradient[1] * old[1] + gradient[2] * old[2]
+        along_m = gradient[0] * m[0] + gradient[1] * m[1] + gradient[2] * m[2]
         s = sqrt(g * g * a + 4.0 * size)
         y = 2.0 * size / (s + g * root_a)
         kept = y * y / size
         y_g, y_a = 0.5 * (g * a / s - root_a), 0.25 * (g * g / s - g / root_a)
         kept_size = 2.0 * y / (s * size) - kept / size
         kept_g, kept_a = 2.0 * y * y_g / size, 2.0 * y * y_a / size
-        slope = kept_size * (gradient[0] * w_g[0] + gradient[1] * w_g[1] + gradient[2] * w_g[2])
-        slope += kept_g * g_g + kept_a * a_g
+        slope = kept_size * (along_old * wk_g + along_m * wj_g) + kept_g * g_g + kept_a * a_g
+        k, k_g = kept * wk, kept * wk_g + wk * slope
+        j, j_g = kept * wj, kept * wj_g + wj * slope
         for i in range(3):
-            theta[i], theta_g[i] = kept * w[i], kept * w_g[i] + w[i] * slope
-        for j in range(3):
-            slope = kept_size * (gradient[0] * w_m[0, j] + gradient[1] * w_m[1, j] + gradient[2] * w_m[2, j])
-            slope += kept_a * a_m[j]
-            for i in range(3):
-                theta_m[i, j] = kept * w_m[i, j] + w[i] * slope
+            slope = kept_size * (along_old * wk_m[i] + along_m * wj_m[i] + wj * gradient[i])
+            slope += kept_a * share * r_m[i]
+            k_m[i] = kept * wk_m[i] + wk * slope
+            j_m[i] = kept * wj_m[i] + wj * slope
+    return k, j, k_g, j_g
 
 
 @njit(forceinline=True)
 def harden_yu(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
-    beta, beta_g, r_m = work[6, 0], work[6, 1], work[6, 2]
+    beta, beta_g, r_m, k_m, j_m = work[6, 0], work[6, 1], work[6, 2], work[5, 0], work[5, 1]
     r, r_g, spread, _ = grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m)
+    kept, added, kept_g, added_g = follow_bound(data, shape, past, dg, r, r_g, r_m, m, k_m, j_m, work)
     for i in range(3):
-        alpha[i], alpha_g[i] = past[THETA + i], 0.0
-    alpha_m[:] = 0.0
-    follow_bound(data, shape, dg, data.B + r - data.Y, r_g, r_m, m, alpha, alpha_g, alpha_m, work)
-    for i in range(3):
-        alpha[i] += beta[i]
-        alpha_g[i] += beta_g[i]
-        alpha_m[i, i] += spread
+        alpha[i] = kept * past[THETA + i] + added * m[i] + beta[i]
+        alpha_g[i] = kept_g * past[THETA + i] + added_g * m[i] + beta_g[i]
+        for j in range(3):
+            alpha_m[i, j] = k_m[j] * past[THETA + i] + j_m[j] * m[i]
+        alpha_m[i, i] += added + spread
     return data.Y, 0.0
 
 
 @njit(forceinline=True)
 def remember_yu(data, shape, ep, past, begun, dg, m, n, h, now, work):
-    beta, beta_g, r_m = work[6, 0], work[6, 1], work[6, 2]
-    theta, theta_g, theta_m = work[4, 2], work[0, 2], work[7]
+    beta, beta_g, r_m, k_m, j_m = work[6, 0], work[6, 1], work[6, 2], work[5, 0], work[5, 1]
     r, _, _, distance = grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m)
     moved = max(distance - past[RADIUS], 0.0)
     for i in range(3):
@@ -208,12 +218,9 @@ def remember_yu(data, shape, ep, past, begun, dg, m, n, h, now, work):
         now[Q + i] = past[Q + i] + shift
     now[RADIUS] = past[RADIUS] + data.h * moved
     now[R] = r
-    theta_m[:] = 0.0
+    kept, added, _, _ = follow_bound(data, shape, past, dg, r, 0.0, r_m, m, k_m, j_m, work)
     for i in range(3):
-        theta[i], theta_g[i], r_m[i] = past[THETA + i], 0.0, 0.0
-    follow_bound(data, shape, dg, data.B + r - data.Y, 0.0, r_m, m, theta, theta_g, theta_m, work)
-    for i in range(3):
-        now[THETA + i] = theta[i]
+        now[THETA + i] = kept * past[THETA + i] + added * m[i]
 
 
 POINTS["backstress", YoshidaUemoriData] = yu_backstress

@@ -2,7 +2,7 @@
 
 import pytest
 
-from plugins import bench_elements, bench_shell
+from plugins import bench_elements, bench_materials, bench_shell
 
 
 def test_shell_rows_carry_errors_against_the_published_answers(tmp_path):
@@ -49,3 +49,21 @@ def test_times_per_element():
     assert [row["element"] for row in rows] == list(bench_elements.ELEMENTS)
     assert all(row["explicit"] > 0.0 and row["flowing"] > 0.5 for row in rows)
     assert rows[2]["material"] > rows[0]["material"]
+
+
+def test_each_law_is_timed_on_every_element():
+    names = ["planar Hill", "Hill48"]  # of one kernel, quick to compile
+    rows = bench_elements.law_rows(names, n_side=6, repeats=1)
+    assert [row["law"] for row in rows] == names
+    for row in rows:
+        assert row["ratio, membrane"] == 1.0
+        assert row["flowing, shell, 7 layers"] > 0.5
+        assert row["shell, 9 layers"] > 0.0
+        assert len(bench_elements.law_line(row)) == len(bench_elements.LAW_HEADER)
+
+
+def test_every_locus_and_law_of_the_materials_bench_is_there():
+    pairs = list(bench_elements.LAWS.values())
+    assert all(any(locus is of for of, _ in pairs) for locus in bench_materials.LOCI.values())
+    for name in ("isotropic", "Yoshida-Uemori", "two surfaces"):
+        assert any(law is bench_materials.LAWS[name] for _, law in pairs)

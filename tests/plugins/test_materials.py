@@ -79,12 +79,14 @@ def test_every_hardening_law_has_a_table(hardening, expected):
     assert material(TABLE % ('"von Mises"', hardening)).hardening == expected
 
 
-def test_rates_and_published_sheets():
+def test_rates_moduli_and_published_sheets():
     table = TABLE % ('"von Mises"', SWIFT)
     assert material(table + "rate = {cowper_symonds = {D = 40, P = 5}}").rate == solver.CowperSymonds(40, 5)
     assert material(table + "rate = {power_law = {reference = 0.001, m = 0.02}}").rate == solver.PowerLawRate(
         0.001, 0.02
     )
+    fall = material(table + 'modulus = {E_a = "159 GPa", xi = 30.8}').modulus
+    assert fall == solver.DecayingModulus(159000.0, 30.8)
     got = material('material = "numisheet93-steel"')
     assert got.locus == solver.Hill48(1.79, 1.51, 2.27)
     assert got.name == "numisheet93-steel"

@@ -84,3 +84,42 @@ def test_loads_and_springback(tmp_path):
     first, second = scene_of(tmp_path, text).stages
     assert first.forces == {"center": (0.0, 0.0, 1000.0)}
     assert second.is_springback and not first.is_springback
+
+
+@pytest.mark.parametrize(
+    "text, expected",
+    [
+        ("{table = {minor = [-0.1, 0.2], major = [0.3, 0.4]}}", solver.LimitCurve([-0.1, 0.2], [0.3, 0.4])),
+        (
+            "{table = {minor = [0.0, 0.2], major = [0.3, 0.4], engineering = true}}",
+            solver.LimitCurve(np.log([1.0, 1.2]), np.log([1.3, 1.4])),
+        ),
+        ("{keeler_brazier = {n = 0.18}}", solver.KeelerBrazier(0.8, 0.18)),
+    ],
+)
+def test_a_forming_limit_is_given_in_the_scene(tmp_path, text, expected):
+    scene = scene_of(tmp_path, f"forming_limit = {text}\n" + BULGE)
+    minor = np.linspace(-0.2, 0.3, 11)
+    assert scene.blank.forming_limit(minor) == pytest.approx(expected(minor), rel=1e-14)
+
+
+def test_a_forming_limit_is_computed_from_the_material(tmp_path):
+    scene = scene_of(tmp_path, "forming_limit = {marciniak = {f0 = 0.9}}\n" + BULGE)
+    limit = scene.blank.forming_limit
+    assert limit.name == "Marciniak-Kuczynski, f0 = 0.9"
+    # An imperfection of a tenth: far below the uniform strain n - e0 of a sheet without one.
+    assert 0.0 < limit(0.0) < 0.26 - 0.007
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("{table = {minor = [0.2, 0.1], major = [0.3, 0.4]}}", "forming_limit: .*expected minor strains that rise"),
+        ("{marciniak = {f0 = 1.5}}", "forming_limit.marciniak.f0: found 1.5, expected a ratio of thicknesses"),
+        ("{hill = 1}", "forming_limit"),
+    ],
+)
+def test_a_wrong_forming_limit_is_one_line(tmp_path, text, message):
+    with pytest.raises(SceneFileError, match=message) as caught:
+        scene_of(tmp_path, f"forming_limit = {text}\n" + BULGE)
+    assert "\n" not in str(caught.value)

@@ -8,6 +8,7 @@ import pytest
 
 from plugins.scene_file import SceneFile, SceneFileError, check, parse
 from plugins.scene_keys import SceneKeys
+from solver.materials.library import SHEETS
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "square_cup"
 CUP = """
@@ -180,3 +181,12 @@ def test_every_key_that_must_be_there_says_what_is_expected():
 
     walk(SceneKeys)
     assert SceneKeys.model_json_schema()["properties"]["blank"]
+
+
+def test_the_schema_takes_what_the_reader_takes_in_place_of_a_table():
+    schema = SceneKeys.model_json_schema()
+    material = schema["properties"]["material"]
+    assert {"enum": list(SHEETS)} in material["anyOf"]
+    assert {"$ref": "#/$defs/Material"} in material["anyOf"]
+    locus = schema["$defs"]["Material"]["properties"]["locus"]
+    assert {"enum": ["von Mises"]} in locus["anyOf"] and {"$ref": "#/$defs/Locus"} in locus["anyOf"]

@@ -44,6 +44,33 @@ def test_marciniak_kuczynski_meets_the_reference_table():
         assert got == pytest.approx(major, abs=5e-4)  # the table's own error
 
 
+@pytest.mark.slow
+def test_marciniak_kuczynski_with_the_smallest_imperfection_meets_the_reference():
+    # f0 = 0.999: the longest paths, up to a major strain above 1.
+    table = np.array([row for row in rows("fld_mk.csv") if row[0] == 0.999])
+    assert len(table) >= 6
+    got = limit_strains(HOLLOMON, 0.999, np.column_stack([table[:, 1], np.zeros(len(table))]), step=1e-4)
+    assert got == pytest.approx(table[:, 2], abs=5e-4)  # the table's own error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("f0, limit", [(0.999, 0.18066), (0.995, 0.15850), (0.99, 0.14311), (0.98, 0.12304)])
+def test_marciniak_kuczynski_in_plane_strain_converges_to_the_exact_limit(f0, limit):
+    # Force e^n exp(-e) of sheet and groove: F(a) = f0 F(b), and the groove stretches ten times as fast where
+    # n/a - 1 = 10 (n/b - 1): a little before the groove's largest force, b = n, whose strain is benchmarks.md's limit.
+    n = 0.2
+
+    def sheet(b):
+        """Strain of the sheet beside a groove strained by b."""
+        return brentq(lambda a: n * np.log(a / b) - a + b - np.log(f0), 1e-6, n)
+
+    b = brentq(lambda b: n / sheet(b) - 1.0 - 10.0 * (n / b - 1.0), 0.7 * n, n * (1.0 - 1e-9))
+    assert sheet(n * (1.0 - 1e-9)) == pytest.approx(limit, abs=1e-5)
+    step = 5e-5
+    got = limit_strains(HOLLOMON, f0, np.array([[0.0, 0.0]]), step=step)[0]
+    assert got == pytest.approx(sheet(b), abs=1.5 * step)  # told to a step
+
+
 @pytest.mark.parametrize("f0", [0.995, 0.98])
 def test_marciniak_kuczynski_in_plane_strain_is_a_closed_form(f0):
     # benchmarks.md: n ln e - e = ln f0 + n ln n - n, the strain at which the groove reaches its largest force.

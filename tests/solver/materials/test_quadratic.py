@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from solver import Hill48, Material, PlanarHill, SceneError, Swift, VonMises
+from solver import CowperSymonds, Hill48, Material, PlanarHill, SceneError, Swift, VonMises
+from solver.materials.block import BLOCK
+from tests.solver.materials.paths import metric_of as metric_points
 from tests.solver.materials.paths import reference
 
 E, NU = 206000.0, 0.3
@@ -181,3 +183,44 @@ def test_strain_of_a_small_increment_flows_along_the_normal_of_hill48():
 def test_impossible_r_values_are_refused(values):
     with pytest.raises(SceneError, match="Hill48 r"):
         Hill48(*values)
+
+
+@pytest.mark.parametrize("scale", [3e-3, 0.05, 1.5])
+def test_a_point_does_not_see_the_others_of_its_block(scale):
+    # Elastic, flowing and very far points mixed: the same bits in any order, and in a block of one's own.
+    n = 3 * BLOCK + 5
+    rng = np.random.default_rng(4)
+    h = rng.uniform(-scale, scale, (n, 3)) * rng.uniform(0.0, 1.0, (n, 1)) ** 3
+    results = []
+    for order in (np.arange(n), rng.permutation(n)):
+        found = respond(metric_points(h[order]), plastic=0.3 * h[order], equivalent=np.abs(h[order, 0]))
+        back = np.argsort(order)
+        results.append([array[back] for array in found])
+    alone = [respond(metric_points(h[p]), plastic=0.3 * h[p : p + 1], equivalent=np.abs(h[p, :1])) for p in range(n)]
+    results.append([np.concatenate(arrays) for arrays in zip(*alone)])
+    for other in results[1:]:
+        for one, two in zip(results[0], other):
+            assert (one == two).all()
+
+
+def test_where_sweeps_end_the_bracket_agrees():
+    # The one-by-one solution, which a rate of effect nil asks for, against the block's.
+    n = 500
+    h = np.random.default_rng(5).uniform(-0.05, 0.05, (n, 3))
+    found = []
+    for rate, dt in ((None, None), (CowperSymonds(1e300, 1.0), 1.0)):
+        material = Material(E, NU, PlanarHill(1.77), CURVE, rate=rate)
+        new = material.new_state(n)
+        material.update(metric_points(h), material.new_state(n), new, dt=dt)
+        found.append(new)
+    for name, array in found[0].arrays().items():
+        scale = np.abs(array).max(initial=0.0)
+        assert found[1].arrays()[name] == pytest.approx(array, rel=1e-10, abs=1e-12 * scale)
+
+
+def test_what_is_not_finite_stays_not_a_number():
+    metric = np.ones((BLOCK, 3)) * [1.02, 1.0, 0.0]
+    metric[3] = np.nan
+    s, tangent, *_ = respond(metric)
+    assert np.isnan(s[3]).all() and np.isnan(tangent[3]).all()
+    assert np.isfinite(np.delete(s, 3, axis=0)).all()

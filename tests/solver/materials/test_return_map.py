@@ -126,8 +126,8 @@ def test_both_return_maps_agree_where_both_apply(scale):
     material.update(green(y), old, scalar)
     g, locus, law = general, material.locus.data(), CurveData(material.law.table)
     update_general(
-        green(y), old.plastic, old.equivalent, old.history, locus, law, NO_RATE,
-        E, NU, g.second_stress, g.tangent, g.strain, g.plastic, g.equivalent, g.history, g.stress, g.thickness_strain,
+        green(y), old.plastic, old.equivalent, old.history, locus, law, NO_RATE, material.elastic,
+        g.second_stress, g.tangent, g.strain, g.plastic, g.equivalent, g.history, g.stress, g.thickness_strain,
     )  # fmt: skip
     assert g.second_stress == pytest.approx(scalar.second_stress, rel=1e-9, abs=1e-7)
     assert g.tangent == pytest.approx(scalar.tangent, rel=1e-7, abs=1e-2)

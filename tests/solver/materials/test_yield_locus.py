@@ -71,6 +71,14 @@ def test_hill48_round_all_directions():
         assert equibiaxial(Hill48(r0, r45, r90)) == pytest.approx(((f + g) ** -0.5, f / g), rel=1e-12)
 
 
+def test_planar_hill_is_the_same_round_all_directions():
+    for r in (0.5, 1.0, 1.77):
+        stress, got = uniaxial(VonMises() if r == 1.0 else PlanarHill(r), ROUND)
+        assert stress == pytest.approx(1.0, rel=1e-12)
+        assert got == pytest.approx(r, rel=1e-10)
+        assert equibiaxial(PlanarHill(r)) == pytest.approx((np.sqrt((1 + r) / 2), 1.0), rel=1e-12)
+
+
 def test_hill48_tables_of_the_reference():
     rows = [line.split(",") for line in reference("hill48_angles.csv").read_text().splitlines()[1:]]
     values = {"NUMISHEET93": (1.79, 1.51, 2.27), "ESAFORM2021": (0.526, 0.253, 0.601)}

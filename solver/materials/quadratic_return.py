@@ -1,0 +1,254 @@
+"""Return map of quadratic loci with isotropic hardening: one scalar equation per point, a block of points at a time.
+
+Symbols: H logarithmic strain [11, 22, 2*12]; T its work-conjugate stress [11, 22, 12]; Hp plastic part; ep equivalent
+plastic strain; De plane-stress elasticity. P and De^-1 are diagonalised together, once per material:
+V^T De^-1 V = 1, V^T P V = diag(l). In coordinates x, T = V x, the trial state is x = V^T (H - Hp), backward Euler gives
+x_i k_i, k_i = 1/(1 + mu l_i) with mu = dg/s_y(ep + dg). With q_i = l_i x_i^2 of the trial state,
+sigma_eq^2 = sum q_i k_i^2, so that one equation for dg remains, sigma_eq(dg) = s_y(ep + dg) (theory_shell.md 7). The
+shear 12 is a mode of its own.
+
+Newton works on s_y/sigma_eq = 1: for one l alone and linear hardening that is linear in dg. All points of a block take
+each sweep together, those that are done without moving, so that no point sees its neighbours; the few that take more
+than `N_SWEEPS`, and every point of a material with a rate, are solved one by one inside a bracket.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from .block import (
+    BLOCK,
+    C11,
+    C12,
+    C13,
+    C21,
+    C22,
+    C23,
+    C31,
+    C32,
+    C33,
+    H1,
+    H2,
+    H3,
+    SHARED,
+    T1,
+    T2,
+    T3,
+    block_pull_back,
+    block_strains,
+    n_blocks,
+)
+from .hardening import N_KNOTS, piece, place_of, yield_stress
+from .rate import rate_factor
+
+# Fields of a block beside the shared ones: trial state, its q, what is sought, the curve at a guess.
+X1, X2, X3, Q1, Q2, Q3, EP, DG, SY, SLOPE, OPEN, Y, PLACE, A0, A1, A2, A3 = (
+    BLOCK * i for i in range(SHARED, SHARED + 17)
+)
+FIELDS = SHARED + 17
+N_SWEEPS = 8
+YIELDS, NEARLY, EXACT = 1e-12, 1e-8, 1e-13  # of the yield stress; from NEARLY the next step is the last
+
+
+class Modes(NamedTuple):
+    """Common eigenvectors of P and De^-1 and what a point needs beside them."""
+
+    v11: float
+    v12: float
+    v21: float
+    v22: float
+    v33: float
+    l1: float
+    l2: float
+    l3: float
+    p11: float
+    p12: float
+    p22: float
+    p33: float
+    young: float
+    nu: float
+
+
+def modes_of(matrix, young, nu):
+    """Modes of a material. matrix : P (3, 3)"""
+    c = young / (1.0 - nu**2)
+    root = np.linalg.cholesky(c * np.array([[1.0, nu], [nu, 1.0]]))
+    shear = 0.5 * young / (1.0 + nu)
+    values, vectors = np.linalg.eigh(root.T @ matrix[:2, :2] @ root)
+    v = root @ vectors
+    values = np.maximum(values, 0.0)
+    numbers = (*v.ravel(), np.sqrt(shear), *values, matrix[2, 2] * shear)
+    numbers += (matrix[0, 0], matrix[0, 1], matrix[1, 1], matrix[2, 2], young, nu)
+    return Modes(*(float(number) for number in numbers))
+
+
+@njit(forceinline=True)
+def excess(q1, q2, q3, dg, sy, slope, k):
+    """sigma_eq - s_y after dg more of equivalent plastic strain, and Newton's step from there."""
+    mu = dg / sy
+    k1, k2, k3 = 1.0 / (1.0 + k.l1 * mu), 1.0 / (1.0 + k.l2 * mu), 1.0 / (1.0 + k.l3 * mu)
+    w1, w2, w3 = q1 * k1 * k1, q2 * k2 * k2, q3 * k3 * k3
+    square = w1 + w2 + w3
+    f = sqrt(square) - sy
+    fall = (w1 * k1 * k.l1 + w2 * k2 * k.l2 + w3 * k3 * k.l3) / square
+    return f, f / (fall * (1.0 - mu * slope) + slope)
+
+
+@njit(error_model="numpy")
+def sweep_block(w, n, k, table):
+    """Fills DG, SY and SLOPE of the points of a block whose equation Newton solves. Returns how many it does not,
+    which OPEN marks."""
+    left = n
+    for _ in range(N_SWEEPS):
+        for p in range(n):
+            w[Y + p], w[PLACE + p] = place_of(w[EP + p] + w[DG + p])
+        for p in range(n):
+            i = int(w[PLACE + p]) if w[PLACE + p] < N_KNOTS - 1.0 else N_KNOTS - 1
+            w[PLACE + p] -= i
+            w[A0 + p], w[A1 + p], w[A2 + p], w[A3 + p] = table[i, 0], table[i, 1], table[i, 2], table[i, 3]
+        left = 0
+        for p in range(n):
+            dg, open_ = w[DG + p], w[OPEN + p]
+            sy, slope = piece(w[Y + p], w[PLACE + p], w[A0 + p], w[A1 + p], w[A2 + p], w[A3 + p])
+            f, step = excess(w[Q1 + p], w[Q2 + p], w[Q3 + p], dg, sy, slope, k)
+            elastic = (dg == 0.0) & (f <= YIELDS * sy)
+            step = 0.0 if elastic else step
+            moves = open_ > 0.0
+            w[DG + p] = dg + step if moves else dg
+            w[SY + p] = sy + slope * step if moves else w[SY + p]
+            w[SLOPE + p] = slope if moves else w[SLOPE + p]
+            open_ = 0.0 if elastic | (abs(f) <= NEARLY * sy) else open_
+            w[OPEN + p] = open_
+            left += 1 if open_ > 0.0 else 0
+        if left == 0:
+            break
+    return left
+
+
+@njit(error_model="numpy")
+def plastic_increment(q1, q2, q3, ep, k, table, rate):
+    """Increment dg of the equivalent plastic strain, 0 where elastic; with the yield stress and its slope there.
+
+    Newton inside a bracket, so that it ends from any finite trial state: sigma_eq falls with dg, and s_y stays above 0.
+    """
+    trial = sqrt(q1 + q2 + q3)
+    sy, slope = yield_stress(ep, table)
+    if trial <= sy * (1.0 + YIELDS):
+        return 0.0, sy, slope
+    if not trial < np.inf:
+        return np.nan, sy, slope
+    # The mode that relaxes slowest bounds dg; a mode without stress does not count.
+    smallest = max(k.l1, k.l2, k.l3)
+    for l in (k.l1, k.l2, k.l3):
+        if 0.0 < l < smallest:
+            smallest = l
+    low, dg, high = 0.0, 0.0, 2.0 * trial / smallest
+    for _ in range(200):
+        sy, slope = yield_stress(ep + dg, table)
+        factor, factor_slope = rate_factor(dg, rate)
+        slope = slope * factor + sy * factor_slope
+        sy *= factor
+        f, step = excess(q1, q2, q3, dg, sy, slope, k)
+        if f > 0.0:
+            low = dg
+        else:
+            high = dg
+        if abs(f) <= EXACT * sy:
+            break
+        ahead = dg + step
+        if not low < ahead < high:
+            ahead = 0.5 * (low + high)
+        elif abs(f) <= NEARLY * sy:  # converges quadratically: the next would find nothing left
+            sy += slope * step
+            dg = ahead
+            break
+        if ahead == dg:
+            break
+        dg = ahead
+    return dg, sy, slope
+
+
+@njit(error_model="numpy")
+def begin_block(w, hp_old, ep_old, k):
+    """Fills the trial state of a block."""
+    for p in range(ep_old.shape[0]):
+        e1, e2, e3 = w[H1 + p] - hp_old[p, 0], w[H2 + p] - hp_old[p, 1], w[H3 + p] - hp_old[p, 2]
+        x1, x2, x3 = k.v11 * e1 + k.v21 * e2, k.v12 * e1 + k.v22 * e2, k.v33 * e3
+        w[X1 + p], w[X2 + p], w[X3 + p] = x1, x2, x3
+        w[Q1 + p], w[Q2 + p], w[Q3 + p] = k.l1 * x1 * x1, k.l2 * x2 * x2, k.l3 * x3 * x3
+        w[EP + p], w[DG + p], w[OPEN + p] = ep_old[p], 0.0, 1.0
+
+
+@njit(error_model="numpy")
+def end_block(w, hp_old, k, strain, hp, ep, stress, thickness_strain):
+    """Fills T and the outputs of a block, from the solution of its equations."""
+    n = ep.shape[0]
+    for p in range(n):
+        mu = w[DG + p] / w[SY + p]
+        x1, x2, x3 = (
+            w[X1 + p] / (1.0 + mu * k.l1),
+            w[X2 + p] / (1.0 + mu * k.l2),
+            w[X3 + p] / (1.0 + mu * k.l3),
+        )
+        w[X1 + p], w[X2 + p], w[X3 + p] = x1, x2, x3
+        w[T1 + p], w[T2 + p], w[T3 + p] = k.v11 * x1 + k.v12 * x2, k.v21 * x1 + k.v22 * x2, k.v33 * x3
+        ep[p] = w[EP + p] + w[DG + p]
+    # One array at a time: the compiler gives up where it has to tell many apart.
+    for p in range(n):
+        strain[p, 0], strain[p, 1], strain[p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
+    for p in range(n):
+        stress[p, 0], stress[p, 1], stress[p, 2] = w[T1 + p], w[T2 + p], w[T3 + p]
+    for p in range(n):
+        mu, t1, t2, t3 = w[DG + p] / w[SY + p], w[T1 + p], w[T2 + p], w[T3 + p]
+        hp1, hp2 = hp_old[p, 0] + mu * (k.p11 * t1 + k.p12 * t2), hp_old[p, 1] + mu * (k.p12 * t1 + k.p22 * t2)
+        hp[p, 0], hp[p, 1], hp[p, 2] = hp1, hp2, hp_old[p, 2] + mu * k.p33 * t3
+    for p in range(n):
+        thickness_strain[p] = -k.nu / k.young * (w[T1 + p] + w[T2 + p]) - hp[p, 0] - hp[p, 1]
+
+
+@njit(error_model="numpy")
+def stiffen_block(w, n, k):
+    """Fills C of a block: Xi = (De^-1 + mu P)^-1 less the flow."""
+    for p in range(n):
+        sy, slope, mu = w[SY + p], w[SLOPE + p], w[DG + p] / w[SY + p]
+        k1, k2, k3 = 1.0 / (1.0 + mu * k.l1), 1.0 / (1.0 + mu * k.l2), 1.0 / (1.0 + mu * k.l3)
+        n1, n2, n3 = k.l1 * w[X1 + p] / sy, k.l2 * w[X2 + p] / sy, k.l3 * w[X3 + p] / sy
+        m1, m2, m3 = k1 * n1, k2 * n2, k3 * n3
+        flow = 1.0 / (n1 * m1 + n2 * m2 + n3 * m3 + slope / (1.0 - mu * slope))
+        flow = flow if w[DG + p] > 0.0 else 0.0
+        m1, m2, m3 = k.v11 * m1 + k.v12 * m2, k.v21 * m1 + k.v22 * m2, k.v33 * m3
+        w[C11 + p] = k.v11 * k1 * k.v11 + k.v12 * k2 * k.v12 - flow * m1 * m1
+        w[C22 + p] = k.v21 * k1 * k.v21 + k.v22 * k2 * k.v22 - flow * m2 * m2
+        w[C33 + p] = k.v33 * k3 * k.v33 - flow * m3 * m3
+        w[C12 + p] = w[C21 + p] = k.v11 * k1 * k.v21 + k.v12 * k2 * k.v22 - flow * m1 * m2
+        w[C13 + p] = w[C31 + p] = -flow * m1 * m3
+        w[C23 + p] = w[C32 + p] = -flow * m2 * m3
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def update_quadratic(metric, hp_old, ep_old, k, table, rate, s, ds_dc, strain, hp, ep, stress, thickness_strain):
+    """Stress of every point from its metric.
+
+    metric : (p, 3) C11 C22 C12; hp_old : (p, 3); ep_old : (p,); k : Modes
+    fills s (p, 3) second Piola-Kirchhoff [MPa]; ds_dc (p, 3, 3) its derivative with respect to the Green strain
+    [E11, E22, 2 E12], left out where ds_dc is empty; strain H (p, 3); hp (p, 3); ep (p,); stress T (p, 3),
+    conjugate to H; thickness_strain (p,) H33
+    """
+    for block in prange(n_blocks(metric.shape[0])):
+        a = block * BLOCK
+        e = min(a + BLOCK, metric.shape[0])
+        n, w = e - a, np.empty(FIELDS * BLOCK)
+        block_strains(metric[a:e], w)
+        begin_block(w, hp_old[a:e], ep_old[a:e], k)
+        if rate.inverse_dt > 0.0 or sweep_block(w, n, k, table) > 0:
+            for p in range(n):
+                if w[OPEN + p] > 0.0:
+                    w[DG + p], w[SY + p], w[SLOPE + p] = plastic_increment(
+                        w[Q1 + p], w[Q2 + p], w[Q3 + p], w[EP + p], k, table, rate
+                    )
+        end_block(w, hp_old[a:e], k, strain[a:e], hp[a:e], ep[a:e], stress[a:e], thickness_strain[a:e])
+        if ds_dc.shape[0] > 0:
+            stiffen_block(w, n, k)
+        block_pull_back(w, s[a:e], ds_dc[a:e])
