@@ -7,6 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from solver import Blank, Implicit, Scene, Shell, Stage, StepFailed, form
+from solver.elements.patches import neighbours
 from solver.materials.law import Law
 
 from .arc_length import follow
@@ -54,7 +55,21 @@ def unstructured(case, refinement):
     mesh = mesh_blank(
         Rectangle(a, b, center=(0.5 * a, 0.5 * b)), a / case.cells[refinement][0], arrangement="unstructured"
     )
-    return mesh.points[:, 0] / a, mesh.points[:, 1] / b, np.asarray(mesh.cells)
+    return mesh.points[:, 0] / a, mesh.points[:, 1] / b, open_corners(np.array(mesh.cells))
+
+
+def open_corners(cells):
+    """Cells (m, 3) in which no node belongs to one triangle alone: the side facing such a corner is turned to it.
+
+    A load there would rest on four triangles of the whole shell; that node gives way more than its mesh size says.
+    """
+    across, apex = neighbours(cells)
+    alone = np.bincount(cells.ravel())[cells] == 1
+    for tri, i in zip(*np.nonzero(alone & (across >= 0)), strict=True):
+        corner, start, end = cells[tri, [i, (i + 1) % 3, (i + 2) % 3]]
+        far = cells[across[tri, i], apex[tri, i]]
+        cells[tri], cells[across[tri, i]] = (corner, start, far), (corner, far, end)
+    return cells
 
 
 MESHES = {"lattice": lattice, "unstructured": unstructured}
