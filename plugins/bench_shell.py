@@ -78,7 +78,6 @@ MESHES = {"lattice": lattice, "unstructured": unstructured}
 def build(case, kind, refinement):
     """Scene of a case."""
     s, t, cells = MESHES[kind](case, refinement)
-    s, t = graded(s, case.grading[0]), graded(t, case.grading[1])
     mesh = SimpleNamespace(
         points=case.shape(s * case.size[0], t * case.size[1]),
         cells=cells,
@@ -89,13 +88,6 @@ def build(case, kind, refinement):
         fixed=case.fixed, clamped=case.clamped,
     )  # fmt: skip
     return Scene(blank, [Stage(**case.loads)], name=case.title)
-
-
-def graded(place, grading):
-    """Relative coordinates (n,) moved so that cells grow by exp(grading) from 0 to 1 in equal ratios."""
-    if grading < 0.0:
-        return 1.0 - graded(1.0 - place, -grading)
-    return np.expm1(grading * place) / np.expm1(grading) if grading else place
 
 
 def path_of(case, scene):

@@ -16,8 +16,7 @@ class Problem:
     """One problem. size : (a, b) of the parameter rectangle; shape : (s, t) -> points; groups : {name: (s, t) -> bool};
     cells : divisions along s and t for each refinement; loads : keywords of the stage, at the full load; probes :
     {name: (group, axis, sign)}, in the order of the columns of curve, the published rows (share of the full load,
-    displacements); clamped, fixed : supports; grading : (s, t), the logarithm of how many times longer the last cell is
-    than the first where a point load asks for short ones, negative where those are at the far end."""
+    displacements); clamped, fixed : supports."""
 
     title: str
     young: float
@@ -32,7 +31,6 @@ class Problem:
     curve: np.ndarray
     clamped: tuple = ()
     fixed: dict = field(default_factory=dict)
-    grading: tuple = (0.0, 0.0)
 
 
 def at(s=None, t=None):
@@ -69,7 +67,6 @@ def tube(radius):
     return shape
 
 
-NEAR_LOAD = 0.8  # grading towards a point load: cells half as long there, far ones twice
 TURN = np.array([[0.0, 0.0, 0.0], [1.0, 12.0, 24.0 / np.pi]])  # half a turn of a cantilever of length 12, exact
 
 PROBLEMS = {
@@ -108,7 +105,6 @@ PROBLEMS = {
          "end": at(t=1)},
         ((16, 16), (32, 32), (48, 48)), {"forces": {"A": (0.0, 0.0, -3000.0)}},
         {"A": ("A", 2, -1), "B": ("B", 0, 1)}, CURVES["pinched cylinder"], fixed={"end": "xz"},
-        grading=(NEAR_LOAD, NEAR_LOAD),
     ),
     "semi-cylinder": Problem(
         "pinched semi-cylinder", 2068.5, 0.3, 3.0, (0.5 * np.pi, 304.8), tube(101.6),
