@@ -1,0 +1,110 @@
+"""The equilibrium path of a sheet under dead loads, past limit points and snap-backs: Crisfield's arc length.
+
+Each step keeps |du| = s over all unknowns u while the load factor f is free (M. A. Crisfield, Computers and Structures
+13 (1981) 55-62). With v = K^-1 F the movement per load factor and r = K^-1 (f F - internal), an iteration adds
+r + df v, df from a df^2 + b df + c = 0, the root that goes on in the direction of the step.
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from solver.errors import StepFailed
+from solver.form import first_state
+from solver.implicit.equilibrium import Equilibrium
+from solver.implicit.method import Newton
+from solver.implicit.sparse import SparseSolver
+from solver.sheet import build_sheet
+
+SWIFT, GROW, CUT = 6, 1.5, 0.4  # iterations at which a step is about right; its growth below and cut on failure
+SMALLEST = 1e-6  # step, relative to the first
+
+
+def follow(scene, method, farthest, *, last=1.0, first=0.02, n_steps=400):
+    """Points of the path from no load to `last` times the load of the scene's first stage, which has forces only.
+
+    farthest : largest movement of a node that a step sets out for [mm]; first : load factor of the first step
+    yields (load factor, node positions (n, 3) mm, iterations). Raises StepFailed.
+    """
+    sheet = build_sheet(scene.blank)
+    old, new = first_state(scene, sheet), first_state(scene, sheet)
+    equilibrium = Equilibrium(sheet, scene.stages[0], [], method, old.sheet.x)
+    solver = SparseSolver(sheet.pattern.block_row, sheet.pattern.block_column, ~equilibrium.fixed)
+    equilibrium.begin(old, new)
+    equilibrium.evaluate(old, new, 1.0)
+    load = np.where(equilibrium.fixed, 0.0, new.sheet.external)
+    onward, factor, size = np.zeros_like(load), 0.0, None
+    yield 0.0, old.sheet.x.copy(), 0
+    for _ in range(n_steps):
+        new.copy_from(old)
+        equilibrium.begin(old, new)
+        equilibrium.evaluate(old, new, 0.0)
+        solver.factorize(equilibrium.tangent().blocks)
+        v = solver.solve(load)
+        if size is None:
+            smallest, size = SMALLEST * first * np.linalg.norm(v), first * np.linalg.norm(v)
+        size = min(size, farthest / np.abs(v).max() * np.linalg.norm(v))
+        ahead = -1.0 if np.sum(v * onward) < 0.0 else 1.0
+        while True:
+            step = ahead * size / np.linalg.norm(v)
+            reached = factor + step >= last
+            found = correct(
+                equilibrium, solver, old, new, load, factor, min(step, last - factor), v, None if reached else size
+            )
+            if found:
+                break
+            size *= CUT
+            if size < smallest:
+                raise StepFailed(f"arc length: no equilibrium beyond {factor:.4f} of the load; refine the mesh")
+        factor, iterations = found
+        onward = new.sheet.u - old.sheet.u
+        size = np.linalg.norm(onward) * min(GROW, sqrt(SWIFT / max(iterations, 1)))
+        old.copy_from(new)
+        yield factor, old.sheet.x.copy(), iterations
+        if factor >= last:
+            return
+    raise StepFailed(f"arc length: {factor:.4f} of the load after {n_steps} steps; allow larger ones")
+
+
+def correct(equilibrium, solver, old, new, load, factor, step, v, size):
+    """Bring new into equilibrium at the distance `size` of old, or at the load factor + step where size is None, from
+    the prediction v step. Returns (load factor, iterations), or None where it does not converge."""
+    newton = Newton()
+    new.copy_from(old)
+    new.sheet.u += step * v
+    factor += step
+    error = np.inf
+    for iteration in range(1, newton.iterations):
+        equilibrium.evaluate(old, new, 0.0)
+        residual = np.where(equilibrium.fixed, 0.0, factor * load - new.sheet.internal)
+        before, error = error, np.linalg.norm(residual) / max(np.linalg.norm(new.sheet.internal), np.linalg.norm(load))
+        if not np.isfinite(error) or (iteration > 6 and error > before):
+            return None
+        if error <= newton.residual:
+            return factor, iteration
+        try:
+            solver.factorize(equilibrium.tangent().blocks)
+        except RuntimeError:
+            return None
+        r = solver.solve(residual)
+        moved = new.sheet.u - old.sheet.u
+        change = 0.0
+        if size is not None:
+            v = solver.solve(load)
+            change = root(moved, r, v, size)
+            if change is None:
+                return None
+        new.sheet.u += r + change * v
+        factor += change
+    return None
+
+
+def root(moved, r, v, size):
+    """Change of the load factor that keeps |moved + r + change v| = size and turns the step least."""
+    ahead = moved + r
+    a, b, c = np.sum(v * v), 2.0 * np.sum(ahead * v), np.sum(ahead * ahead) - size**2
+    under = b * b - 4.0 * a * c
+    if under < 0.0:
+        return None
+    both = [(-b + sign * sqrt(under)) / (2.0 * a) for sign in (1.0, -1.0)]
+    return max(both, key=lambda change: np.sum(moved * (ahead + change * v)))
