@@ -60,29 +60,40 @@ def starts_for(leaf, bound, height):
 
 
 @njit
+def start_in_leaf(leaf, start, s, t):
+    """Parameters of one of ten starts: first s, t (the middle of the leaf where s < 0), then a grid of nine."""
+    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
+    if start == 0:
+        return (s, t) if s >= 0.0 else (0.5 * (s0 + s1), 0.5 * (t0 + t1))
+    return s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0, t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
+
+
+@njit
+def leaf_holds(leaf, patch, face, pieces, ctrl, s, t, work):
+    """Whether a point of a patch lies inside its face's boundary, which is not asked where none passes the leaf."""
+    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
+    if leaf.whole and s0 <= s <= s1 and t0 <= t <= t1:
+        return True
+    u = from_ramp(s, patch.uv[0], patch.uv[1], patch.ramp[0])
+    v = from_ramp(t, patch.uv[2], patch.uv[3], patch.ramp[1])
+    return inside(face, pieces, ctrl, u, v, work)
+
+
+@njit
 def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
     """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
     distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
     bound, height = leaf_bound(leaf, p)
     if bound >= best:
         return distance, found_s, found_t, foot
-    s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
     for start in range(starts_for(leaf, bound, height)):
-        if start == 0:
-            a = s if s >= 0.0 else 0.5 * (s0 + s1)
-            b = t if s >= 0.0 else 0.5 * (t0 + t1)
-        else:
-            a = s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0
-            b = t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
+        a, b = start_in_leaf(leaf, start, s, t)
         a, b, q, f, free, _ = patch_foot(patch, ctrl, power, p, a, b, work)
         h = sqrt(f)
         if not free or h >= min(best, distance):
             continue
-        if not (leaf.whole and s0 <= a <= s1 and t0 <= b <= t1):
-            u = from_ramp(a, patch.uv[0], patch.uv[1], patch.ramp[0])
-            v = from_ramp(b, patch.uv[2], patch.uv[3], patch.ramp[1])
-            if not inside(face, pieces, ctrl, u, v, work):
-                continue
+        if not leaf_holds(leaf, patch, face, pieces, ctrl, a, b, work):
+            continue
         distance, found_s, found_t, foot = h, a, b, q
     return distance, found_s, found_t, foot
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .contact.node_on_tool import OPEN
 from .draw_in import RimGauge
 from .results import Frame
 from .scene import AXES
@@ -35,14 +34,11 @@ class Recorder:
             axis = self.scene.tools[name].unit_axis
             columns[f"force_{name}"] = float(contact.force @ axis) / self.scene.blank.share
             columns[f"travel_{name}"] = float(contact.travel[0])
-            touching |= contact.status != OPEN
+            touching |= contact.touching
         for group, axis in self.supports:
             force = state.sheet.internal - state.sheet.external
             nodes = self.scene.blank.nodes_of(group)
-            touch = sum(
-                c.normal_force[nodes] * c.normal[nodes, axis] + c.friction_force[nodes, axis]
-                for c in state.tools.values()
-            )
+            touch = sum(contact.push[nodes, axis] for contact in state.tools.values())
             columns[f"reaction_{group}_{AXES[axis]}"] = float(np.sum(force[nodes, axis] - touch))
         for name, gauge in self.gauges.items():
             columns[f"draw_in_{name}"] = gauge.read(state.sheet.x)
@@ -98,8 +94,8 @@ class Recorder:
             closer = distance < gap
             gap[closer] = distance[closer]
             nearest[closer] = list(self.scene.tools).index(tool.name)
-            pressure += contact.normal_force / area
-            traction += contact.friction_force / area[:, None]
+            pressure += sum(foot.normal_force for foot in contact.feet) / area
+            traction += sum(foot.friction_force for foot in contact.feet) / area[:, None]
         return {
             "displacement": x - self.sheet.points,
             "contact_gap": gap if np.isfinite(gap).all() else np.zeros(n),
