@@ -21,7 +21,7 @@ from cadlink.projection import Projection, checked_points
 
 ALIKE = 0.15  # rad
 FURTHER = 2  # feet beside the nearest, at most: three walls hold a point
-STEP = 0.05  # of h, the way from a foot towards the point where it is put to the test
+STEP = 0.01  # of h, the way from a foot towards the point where it is put to the test
 BACK = 2e-3  # of that way: a foot comes back this near
 TURNING = 1e-3  # least 1 + k d
 

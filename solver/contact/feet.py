@@ -55,7 +55,7 @@ def places(normals, exists, then, touched):
     likeness[~(exists[:, :, None] & touched[:, None, :])] = -1.0
     every = np.arange(n)
     for _ in range(MOST):
-        foot, other = np.divmod(likeness.reshape(n, -1).argmax(axis=1), MOST)
+        foot, other = np.divmod(likeness.reshape(n, MOST * MOST).argmax(axis=1), MOST)
         sure = likeness[every, foot, other] > SAME_WALL
         place[every[sure], foot[sure]] = other[sure]
         likeness[every, foot, :] = -1.0
