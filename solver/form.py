@@ -82,6 +82,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
         if not results.finished and results.history:
             keep(recorder.frame(here[0], max(here[1].fraction, 0.0), old, results), results, writer)
             save_checkpoint(checkpoint, scene, here, old, results, energy)
+        results.contact = recorder.budget.figures()
         if writer:
             writer.close()
     return results

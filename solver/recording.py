@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .contact.budget import ContactBudget
 from .draw_in import RimGauge
 from .results import Frame
 from .scene import AXES
@@ -12,6 +13,7 @@ class Recorder:
 
     def __init__(self, scene, sheet):
         self.scene, self.sheet = scene, sheet
+        self.budget = ContactBudget()
         self.gauges = {name: RimGauge(sheet, direction, name) for name, direction in scene.blank.draw_in.items()}
         moved = {
             (g, axis)
@@ -88,14 +90,19 @@ class Recorder:
         area = current_areas(self.sheet.triangles.cells, x)
         gap, nearest = np.full(n, np.inf), np.full(n, -1)
         pressure, traction = np.zeros(n), np.zeros((n, 3))
+        hits = []
         for tool in self.scene.stages[k].tools:
             contact = state.tools[tool.name]
-            distance = tool.surface.project(x - contact.travel[0] * tool.unit_axis).distance - half
+            place = x - contact.travel[0] * tool.unit_axis
+            hit = tool.surface.project(place)
+            hits.append((place, hit, contact))
+            distance = hit.distance - half
             closer = distance < gap
             gap[closer] = distance[closer]
             nearest[closer] = list(self.scene.tools).index(tool.name)
             pressure += sum(foot.normal_force for foot in contact.feet) / area
             traction += sum(foot.friction_force for foot in contact.feet) / area[:, None]
+        self.budget.add(hits)
         return {
             "displacement": x - self.sheet.points,
             "contact_gap": gap if np.isfinite(gap).all() else np.zeros(n),

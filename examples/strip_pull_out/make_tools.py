@@ -14,21 +14,15 @@ import sys
 from pathlib import Path
 
 import cadquery as cq
+from strip import COUNTS, THICKNESS, WIDTH, bend_radius
 
-SIZE, THICKNESS, WIDTH = 2.5, 1.0, 2.5  # of the strip: its elements' length, mm
-COUNTS = (1.5, 3.0, 6.0)
 MARGIN = 5.0  # of the tools over the strip, sideways
 LENGTH, DEPTH, HEIGHT = 80.0, 80.0, 20.0
 
 
-def die_radius(count):
-    """Radius [mm] of the die whose bend holds so many elements along the strip's mid-plane."""
-    return count * SIZE / (0.5 * 3.141592653589793) - 0.5 * THICKNESS
-
-
 def make_assembly(count):
     """DIE and BLANK_HOLDER in place."""
-    radius, width = die_radius(count), WIDTH + 2.0 * MARGIN
+    radius, width = bend_radius(count) - 0.5 * THICKNESS, WIDTH + 2.0 * MARGIN
     corner = (-LENGTH, -MARGIN, -DEPTH)
     die = cq.Workplane("XY").box(LENGTH + radius, width, DEPTH, centered=False).translate(corner)
     die = die.edges(">X and >Z").fillet(radius)

@@ -1,8 +1,6 @@
 """A strip pulled out between die and blank-holder: the founding paper's verification, and its Figs. 8 and 9.
 
-    python examples/strip_pull_out/strip.py [FOLDER]
-
-Straight out it takes F_H = 2 mu F_B; over the die radius F_V = F_H exp(mu pi / 2), where every point of the bend touches.
+Straight out it takes F_H = 2 mu F_B; over the die radius F_V = F_H exp(mu pi / 2), if every point of the bend touches.
 A strip of elements touches at its nodes only, and has an exact value of its own. Symbols, at a node of the strip that
 slides over the tool at the angle phi (0 on the flat, pi / 2 on the wall), with the element behind it inclined by a and
 the one before it by b, T and U their tensions:
@@ -15,15 +13,15 @@ angles are half of what an element spans, and the ratio is (1 + mu tan) / (1 - m
 nodes that enter and leave the bend make the ripple.
 """
 
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
-from cadlink import read_step
-from solver import Blank, Coulomb, Implicit, Increments, Material, Membrane, Scene, Stage, Tool, VonMises, Voce, form
+from cadlink import FacetSurface, read_step
+from solver import Blank, Coulomb, Implicit, Increments, Material, Membrane, Scene, Stage, Tool, Voce, VonMises, form
 
+FOLDER = Path(__file__).parent
 SIZE, THICKNESS, WIDTH, LENGTH = 2.5, 1.0, 2.5, 50.0  # mm, of the strip; one element wide
 MU, HOLDER_FORCE = 0.1, 5000.0  # N
 COUNTS = (1.5, 3.0, 6.0)  # elements on the quarter circle
@@ -35,6 +33,11 @@ STEEL = Material(206000.0, 0.3, VonMises(), Voce(2000.0, 0.0, 1.0))  # stays ela
 
 
 # The strip
+
+
+def bend_radius(count):
+    """Radius [mm] of the strip's mid-plane on a bend that holds so many elements."""
+    return count * SIZE / (0.5 * np.pi)
 
 
 def path(s, bend):
@@ -73,17 +76,29 @@ def strip_mesh(points):
     return SimpleNamespace(points=both.reshape(-1, 3), cells=cells, groups=groups)
 
 
-def surface_of(part, kind):
-    """The tool as exact faces, or in facets of which the quarter circle has six."""
-    if kind == "exact":
-        return part.surface()
-    return part.facets(1.0, angle=90.0 / FACETS + 1e-6, normals=kind)
+def facets_of_die(radius, kind):
+    """The die's skin in quadrilaterals as wide as the strip's elements, six on the quarter circle."""
+    flat, wall = np.arange(-80.0, -0.5 * SIZE, SIZE), np.arange(SIZE, 80.0, SIZE)
+    phi = np.linspace(0.0, 0.5 * np.pi, FACETS + 1)
+    x = np.concatenate([flat, radius * np.sin(phi), np.full(len(wall), radius)])
+    z = np.concatenate([0.0 * flat, radius * (np.cos(phi) - 1.0), -radius - wall])
+    angle = np.concatenate([0.0 * flat, phi, np.full(len(wall), 0.5 * np.pi)])
+    n = len(x)
+    points = np.concatenate([np.column_stack([x, np.full(n, y), z]) for y in (-5.0, WIDTH + 5.0)])
+    k = np.arange(n - 1)
+    cells = np.column_stack([k, k + 1, k + 1 + n, k + n])
+    exact = np.column_stack([np.sin(angle), 0.0 * angle, np.cos(angle)])
+    exact = np.vstack([exact, exact])[cells] if kind == "nagata" else None
+    surface = FacetSurface(points, cells, kind, corner_normals=exact)
+    if surface.project([[-10.0, 0.0, 1.0]]).distance < 0.0:
+        return FacetSurface(points, cells, kind, corner_normals=exact, flip=True)
+    return surface
 
 
-def strip_scene(step_file, count, kind="exact", pull="down", element=None):
+def strip_scene(count, kind="exact", pull="down", element=None):
     """The strip pulled over the bend ("down") or straight out ("out")."""
-    assembly = read_step(step_file)
-    bend = count * SIZE / (0.5 * np.pi)  # radius of the mid-plane
+    assembly = read_step(FOLDER / f"strip_{count:g}.step")
+    bend = bend_radius(count)
     lead = 0.5 * np.pi * bend + 1.3 * SIZE if pull == "down" else 1.3 * SIZE
     n = round(LENGTH / SIZE) + 1 + int(np.ceil(lead / SIZE))
     if pull == "down":
@@ -92,17 +107,18 @@ def strip_scene(step_file, count, kind="exact", pull="down", element=None):
         flat = np.column_stack([lead - SIZE * np.arange(n), np.full(n, 0.5 * THICKNESS)])
         mesh, move = strip_mesh(flat), (TRAVEL, None, None)
     friction = Coulomb(MU)
-    die = Tool("DIE", surface_of(assembly["DIE"], kind), friction)
-    holder = Tool("BLANK_HOLDER", surface_of(assembly["BLANK_HOLDER"], kind), friction, force=HOLDER_FORCE)
+    surface = assembly["DIE"].surface() if kind == "exact" else facets_of_die(bend - 0.5 * THICKNESS, kind)
+    die = Tool("DIE", surface, friction)
+    holder = Tool("BLANK_HOLDER", assembly["BLANK_HOLDER"].surface(), friction, force=HOLDER_FORCE)
     blank = Blank(mesh, THICKNESS, STEEL, element or Membrane(), fixed={"all": "y"})
     return Scene(blank, [Stage([die, holder], name="pull", moved={"front": move})], name=f"strip, {count:g} elements")
 
 
-def pull_out(step_file, count, kind="exact", pull="down", element=None, **options):
+def pull_out(count, kind="exact", pull="down", element=None, torsion=1e-3):
     """Travel [mm] and pulling force [N] of every increment, and the Results."""
     step = TRAVEL / STEPS / SIZE
-    method = Implicit(increments=Increments(first=step * SIZE / THICKNESS, largest=step), **options)
-    results = form(strip_scene(step_file, count, kind, pull, element), method, frames=STEPS)
+    method = Implicit(increments=Increments(first=step * SIZE / THICKNESS, largest=step), torsion=torsion)
+    results = form(strip_scene(count, kind, pull, element), method, frames=STEPS)
     column = "reaction_front_z" if pull == "down" else "reaction_front_x"
     travel = TRAVEL * np.array([f.stroke for f in results.frames[1:]])
     force = np.interp(travel, TRAVEL * np.array(results.history["stroke"]), np.abs(results.history[column]))
@@ -124,7 +140,7 @@ def exact_force(first, bend):
 
 def exact_forces(travel, count):
     """F_V (n,) at travels (n,) [mm]: the ripple with which nodes enter and leave the bend."""
-    bend = count * SIZE / (0.5 * np.pi)
+    bend = bend_radius(count)
     lead = 0.5 * np.pi * bend + 1.3 * SIZE
     return np.array([exact_force(lead + x, bend) for x in travel])
 
