@@ -1,7 +1,10 @@
 """A tool given as a collection of elements: the same call as on exact faces, with the normals of one's choice."""
 
+from functools import partial
+
 import numpy as np
 
+from cadlink import facet_feet
 from cadlink.errors import CadError
 from cadlink.facet_closest import ELEMENT, NAGATA, NODAL, TIE, FacetSkin, project_on_facets
 from cadlink.facet_mesh import (
@@ -20,6 +23,7 @@ from cadlink.facet_mesh import (
     weld,
 )
 from cadlink.facet_tree import build_facet_tree
+from cadlink.feet import further_feet
 from cadlink.nagata import bulge_and_bend, corner_frames, patch_boxes, patch_coefficients, side_curves
 from cadlink.projection import checked_points, checked_seed, empty_projection
 
@@ -118,6 +122,15 @@ class FacetSurface:
         if len(points):
             project_on_facets(self.skin, self.kind, self.tie, points, seed, *hit)
         return hit
+
+    def feet(self, points, hit, reach):
+        """Feet beside the nearest, as `ToolSurface.feet` tells them."""
+        side = np.where(hit.distance >= 0.0, 1.0, -1.0)
+        return further_feet(self, partial(facet_feet.propose, self.skin, self.kind, side), points, hit, reach)
+
+    def tightest(self, side=1.0):
+        """Smallest radius [mm] of the hollows, as `ToolSurface.tightest` tells it; 0 where facets meet at 9 degrees."""
+        return facet_feet.tightest(self.points, self.corners, side)
 
 
 def check_normals(normals, corners):

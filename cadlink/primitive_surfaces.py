@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit, prange
 
 from cadlink.errors import CadError
+from cadlink.feet import Feet
 from cadlink.primitives import foot_on_form, shape_on_form
 from cadlink.projection import checked_points, empty_projection
 from cadlink.records import CONE, CYLINDER, PLANE, SPHERE, TORUS
@@ -72,6 +73,14 @@ class PrimitiveSurface:
         if len(points):
             project_on_form(self.form, points, *hit)
         return hit
+
+    def feet(self, points, hit, reach):
+        """None: the distance to a whole surface of these kinds has one minimum only."""
+        return Feet(np.zeros(0, np.int64), empty_projection(0, 3))
+
+    def tightest(self, side=1.0):
+        """inf [mm]: no point has a second foot, however small the radius."""
+        return np.inf
 
 
 class PlaneSurface(PrimitiveSurface):

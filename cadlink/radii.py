@@ -15,7 +15,11 @@ def smallest_radii(record, size):
 
     record : "skin" of a part; size : its largest extent [mm]
     """
-    skin = build_skin(record)
+    return radii_of_skin(build_skin(record), size)
+
+
+def radii_of_skin(skin, size):
+    """The same of a skin that is built already."""
     sharpest = 1.0 / (DEGENERATE * size)
     least, most = 0.0, 0.0
     for face in skin.faces:

@@ -49,10 +49,28 @@ class ShiftedSurface:
 
     def project(self, points, seed=None):
         """Closest points as Projection; points (n, 3) mm, seed as of the last call."""
-        hit = self.surface.project(points, seed)
+        return self.shift(self.surface.project(points, seed))
+
+    def shift(self, hit):
+        """Projection on this surface of one on the surface given."""
         if self.flip:
             hit = turned_inside_out(hit)
         return moved_out(hit, self.offset) if self.offset else hit
+
+    def feet(self, points, hit, reach):
+        """Feet beside the nearest, as `ToolSurface.feet` tells them: those of the surface given, moved along."""
+        given = hit._replace(distance=hit.distance + self.offset)
+        if self.flip:
+            given = given._replace(distance=-given.distance, normal=-given.normal)
+        found = self.surface.feet(points, given, reach + abs(self.offset))
+        moved = self.shift(found.hit)
+        near = np.abs(moved.distance) <= np.broadcast_to(reach, len(points))[found.owner]
+        return found._replace(owner=found.owner[near], hit=type(moved)(*(values[near] for values in moved)))
+
+    def tightest(self, side=1.0):
+        """Smallest radius [mm] of the hollows, as `ToolSurface.tightest` tells it: less by what fills them."""
+        radius = self.surface.tightest(-side if self.flip else side)
+        return max(0.0, radius - side * self.offset)
 
 
 def shifted(surface, offset=0.0, flip=False):

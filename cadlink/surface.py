@@ -1,13 +1,16 @@
 """The exact skin of a tool: closest points, normals and curvatures of trimmed CAD faces."""
 
 import zlib
+from functools import partial
 
 import numpy as np
 
 from cadlink.closest import COLUMNS, Hints, project_points
+from cadlink.feet import further_feet
 from cadlink.pick import pick_faces
 from cadlink.projection import checked_points, checked_seed, empty_projection
 from cadlink.skin import build_skin
+from cadlink.skin_feet import propose, tightest
 
 CELLS = 4096  # of the grid of hints, about
 
@@ -28,6 +31,7 @@ class ToolSurface:
         self.part = part
         self.skin = build_skin(part.record["skin"], faces)
         self.hints = None
+        self.hollows = {}
         # Tells its own seeds from those of other surfaces.
         self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
 
@@ -46,6 +50,23 @@ class ToolSurface:
         if self.hints is None:
             self.hints = hint_grid(self)
         return project(self.skin, self.hints, self.stamp, points, seed)
+
+    def feet(self, points, hit, reach):
+        """Feet beside the nearest: where the distance has its other minima, two for each point at most.
+
+        points : (n, 3) mm; hit : what `project` returned for them; reach : mm, one or (n,); farther ones are not told
+        returns : Feet (feet.py): owner (k,), the points they belong to, and their Projection
+        """
+        return further_feet(self, partial(propose, self.skin), points, hit, reach)
+
+    def tightest(self, side=1.0):
+        """Smallest radius [mm] of the skin's hollows, 0 for a sharp corner, inf for none.
+
+        side : +1 hollows as seen from outside the material, -1 from within
+        """
+        if side not in self.hollows:
+            self.hollows[side] = tightest(self, side)
+        return self.hollows[side]
 
 
 def project(skin, hints, stamp, points, seed):

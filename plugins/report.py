@@ -20,6 +20,10 @@ FIGURES = {
     "fld_margin_x": ("there, x", "mm", 1.0, 1),
     "fld_margin_y": ("there, y", "mm", 1.0, 1),
     "fld_margin_z": ("there, z", "mm", 1.0, 1),
+    "contact_foot_error": ("largest error of a contact point on its tool", "µm", 1e3, 4),
+    "cad_gap": ("largest gap between faces of the CAD tools", "µm", 1e3, 4),
+    "contact_sharp_nodes": ("nodes on sharp edges of tools, at most", "", 1, 0),
+    "contact_several_feet": ("nodes held by several walls of one tool, at most", "", 1, 0),
 }
 # the same by the first letters of a figure's name
 FAMILIES = {
@@ -117,11 +121,18 @@ def summarize(scene_file, scene, results, message=None):
         "message": message,
         "symmetry": list(scene.blank.symmetry_planes),
         "initial_thickness": float(scene.blank.thickness),
-        "figures": results.summary(),
+        "figures": results.summary() | cad_gap(scene),
         "source": keys.compare.source if keys.compare else None,
         "comparison": rows,
         "plan": str(results.plan),
     }
+
+
+def cad_gap(scene):
+    """{"cad_gap": mm}, how far faces of the CAD tools fail to meet; empty where no tool comes from CAD."""
+    parts = [getattr(tool.surface, "part", None) for tool in scene.tools.values()]
+    reports = [part.gap_report() for part in parts if part is not None]
+    return {"cad_gap": max(max(report.edge, report.vertex) for report in reports)} if reports else {}
 
 
 def compare(measured, history, units):

@@ -49,9 +49,9 @@ def work_of(sheet, old, new, tools):
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]
         shift = (after.travel - before.travel) * run.axis
         slid = moved - shift
-        friction = 0.5 * float(np.sum((before.friction_force + after.friction_force) * slid))
-        pressing = [c.normal_force[:, None] * c.normal for c in (before, after)]
-        normal = 0.5 * float(np.sum((pressing[0] + pressing[1]) * slid))
+        feet = (*before.feet, *after.feet)
+        friction = 0.5 * float(np.sum(sum(foot.friction_force for foot in feet) * slid))
+        normal = 0.5 * float(np.sum(sum(foot.normal_force[:, None] * foot.normal for foot in feet) * slid))
         tool = -0.5 * float((before.force + after.force) @ shift)
         work["friction"] -= friction
         work["contact"] -= normal

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from .checkpoint import load_checkpoint, save_checkpoint
+from .contact.feet import feet_per_node
 from .contact.search import Neighbourhood
 from .energy import Energy
 from .errors import SceneError, StepFailed
@@ -81,6 +82,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
         if not results.finished and results.history:
             keep(recorder.frame(here[0], max(here[1].fraction, 0.0), old, results), results, writer)
             save_checkpoint(checkpoint, scene, here, old, results, energy)
+        results.contact = recorder.budget.figures()
         if writer:
             writer.close()
     return results
@@ -90,7 +92,9 @@ def first_state(scene, sheet):
     """The flat blank and tools that touch nothing."""
     n_nodes, elements = len(sheet.points), sheet.elements
     flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), scene.blank.material.n_history)
-    return State(flat, {name: new_contact(n_nodes) for name in scene.tools})
+    thickness = scene.blank.thickness
+    feet = {name: feet_per_node(tool.surface, thickness) for name, tool in scene.tools.items()}
+    return State(flat, {name: new_contact(n_nodes, n_feet) for name, n_feet in feet.items()})
 
 
 def close_tools(sheet, stage, state):
@@ -103,7 +107,7 @@ def close_tools(sheet, stage, state):
         if name not in present:
             contact.release()
     half = 0.5 * sheet.nodal_thickness(state.sheet.thickness_strain)
-    touching = {name: state.tools[name].travel[0] for name in present if state.tools[name].status.any()}
+    touching = {name: state.tools[name].travel[0] for name in present if state.tools[name].touching.any()}
     placed = place_tools(stage, state.sheet.x, half, touching)
     for name, (travel, _) in placed.items():
         state.tools[name].travel[0] = travel

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from .contact.feet import feet_per_node
 from .elements.formulation import Shell
 
 
@@ -71,6 +72,11 @@ def plan(scene):
         frictionless = [tool.name for tool in stage.tools if tool.mu == 0.0]
         if frictionless:
             skips.append((f"stage {stage.name!r}, friction", f"none given for {', '.join(frictionless)}"))
+    for name, tool in scene.tools.items():
+        if feet_per_node(tool.surface, blank.thickness) > 1:
+            runs.append((f"contact with {name}", "up to three feet per node: it has corners below half the thickness"))
+    if not any(feet_per_node(tool.surface, blank.thickness) > 1 for tool in scene.tools.values()):
+        skips.append(("further feet of a node", "no tool has a corner below half the thickness"))
     skips.append(("projection of far nodes", "a node is projected only once it can have come near a tool"))
     return Plan(tuple(runs), tuple(skips))
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .contact.node_on_tool import OPEN
+from .contact.budget import ContactBudget
 from .draw_in import RimGauge
 from .materials.forming_limit import fld_margin
 from .results import Frame
@@ -14,6 +14,7 @@ class Recorder:
 
     def __init__(self, scene, sheet):
         self.scene, self.sheet = scene, sheet
+        self.budget = ContactBudget()
         self.gauges = {name: RimGauge(sheet, direction, name) for name, direction in scene.blank.draw_in.items()}
         moved = {
             (g, axis)
@@ -36,14 +37,11 @@ class Recorder:
             axis = self.scene.tools[name].unit_axis
             columns[f"force_{name}"] = float(contact.force @ axis) / self.scene.blank.share
             columns[f"travel_{name}"] = float(contact.travel[0])
-            touching |= contact.status != OPEN
+            touching |= contact.touching
         for group, axis in self.supports:
             force = state.sheet.internal - state.sheet.external
             nodes = self.scene.blank.nodes_of(group)
-            touch = sum(
-                c.normal_force[nodes] * c.normal[nodes, axis] + c.friction_force[nodes, axis]
-                for c in state.tools.values()
-            )
+            touch = sum(contact.push[nodes, axis] for contact in state.tools.values())
             columns[f"reaction_{group}_{AXES[axis]}"] = float(np.sum(force[nodes, axis] - touch))
         for name, gauge in self.gauges.items():
             columns[f"draw_in_{name}"] = gauge.read(state.sheet.x)
@@ -108,14 +106,19 @@ class Recorder:
         area = current_areas(self.sheet.triangles.cells, x)
         gap, nearest = np.full(n, np.inf), np.full(n, -1)
         pressure, traction = np.zeros(n), np.zeros((n, 3))
+        hits = []
         for tool in self.scene.stages[k].tools:
             contact = state.tools[tool.name]
-            distance = tool.surface.project(x - contact.travel[0] * tool.unit_axis).distance - half
+            place = x - contact.travel[0] * tool.unit_axis
+            hit = tool.surface.project(place)
+            hits.append((place, hit, contact))
+            distance = hit.distance - half
             closer = distance < gap
             gap[closer] = distance[closer]
             nearest[closer] = list(self.scene.tools).index(tool.name)
-            pressure += contact.normal_force / area
-            traction += contact.friction_force / area[:, None]
+            pressure += sum(foot.normal_force for foot in contact.feet) / area
+            traction += sum(foot.friction_force for foot in contact.feet) / area[:, None]
+        self.budget.add(hits)
         return {
             "displacement": x - self.sheet.points,
             "contact_gap": gap if np.isfinite(gap).all() else np.zeros(n),

@@ -63,6 +63,7 @@ class Results:
     lifted : names of the tools driven by a force, whose lift tells of wrinkles
     searches : {asked, projected}: distances from nodes to tools that contact wanted to know, in the stages run
         to their end, and those of them not told by an earlier distance (contact/search.py)
+    contact : {foot_error, sharp_nodes, several_feet}: how exact contact was in the frames (contact/budget.py)
     finished : False where the run stopped early
     """
 
@@ -73,6 +74,7 @@ class Results:
     energy: dict = field(default_factory=dict)
     seconds: dict = field(default_factory=dict)
     searches: dict = field(default_factory=lambda: {"asked": 0, "projected": 0})
+    contact: dict = field(default_factory=dict)
     finished: bool = False
 
     def record(self, **columns):
@@ -142,6 +144,7 @@ class Results:
             "iterations": int(np.sum(iterations)),
             **({"nodes_skipped": 1.0 - self.searches["projected"] / asked} if asked else {}),
             **forces,
+            **{f"contact_{k}": v for k, v in self.contact.items()},
             "remarks": self.remarks(),
             **{f"energy_{k}": v for k, v in self.energy.items()},
             **{f"seconds_{k}": v for k, v in self.seconds.items()},

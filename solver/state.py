@@ -53,11 +53,9 @@ class SheetState(Arrays):
 
 
 @dataclass
-class ContactState(Arrays):
-    """One tool and the nodes it touches, at one instant."""
+class FootState(Arrays):
+    """One foot of each node on a tool, at one instant."""
 
-    # move
-    travel: np.ndarray  # (1,) along the tool's axis from its place in the CAD file [mm]
     # contact
     gap: np.ndarray  # (n,) skin to tool [mm]; a lower bound for nodes out of reach
     normal_force: np.ndarray  # (n,) [N], 0 or more
@@ -65,13 +63,56 @@ class ContactState(Arrays):
     normal: np.ndarray  # (n, 3) of the tool at the foot
     friction_force: np.ndarray  # (n, 3) on the sheet [N], in the tool's frame
     status: np.ndarray  # (n,) open, stick or slip
-    force: np.ndarray  # (3,) of the modelled sheet on the tool [N]
 
     def release(self):
         """Forget every touch."""
-        for values in (self.normal_force, self.multiplier, self.friction_force, self.status, self.force):
+        for values in (self.normal_force, self.multiplier, self.friction_force, self.status):
             values[...] = 0
         self.gap[...] = np.inf
+
+
+@dataclass
+class ContactState(FootState):
+    """One tool and the nodes it touches, at one instant: at one foot each, or at further ones in its tight corners."""
+
+    # move
+    travel: np.ndarray  # (1,) along the tool's axis from its place in the CAD file [mm]
+    # contact
+    force: np.ndarray  # (3,) of the modelled sheet on the tool [N]
+    further: tuple = ()  # FootStates
+
+    @property
+    def feet(self):
+        """The FootStates of all feet."""
+        return (self, *self.further)
+
+    @property
+    def touching(self):
+        """Whether each node touches the tool, (n,)."""
+        return np.any([foot.status != 0 for foot in self.feet], axis=0)
+
+    @property
+    def push(self):
+        """Forces on the nodes, (n, 3) [N]."""
+        return sum(foot.normal_force[:, None] * foot.normal + foot.friction_force for foot in self.feet)
+
+    def copy_from(self, other):
+        """Take over every value of another state of the same tool."""
+        super().copy_from(other)
+        for mine, theirs in zip(self.further, other.further):
+            mine.copy_from(theirs)
+
+    def arrays(self):
+        """{name: array}, those of further feet as "foot2/gap" and so on."""
+        further = {f"foot{k}/{name}": a for k, foot in enumerate(self.further, 2) for name, a in foot.arrays().items()}
+        return super().arrays() | further
+
+    def release(self):
+        """Forget every touch."""
+        super().release()
+        self.force[:] = 0.0
+        for foot in self.further:
+            foot.release()
 
 
 @dataclass
@@ -108,15 +149,18 @@ def new_sheet(points, n_slopes, n_points, n_history=0):
     )
 
 
-def new_contact(n_nodes):
-    """A tool that touches nothing yet."""
-    return ContactState(
-        travel=np.zeros(1),
-        gap=np.full(n_nodes, np.inf),
-        normal_force=np.zeros(n_nodes),
-        multiplier=np.zeros(n_nodes),
-        normal=np.zeros((n_nodes, 3)),
-        friction_force=np.zeros((n_nodes, 3)),
-        status=np.zeros(n_nodes, dtype=np.int64),
-        force=np.zeros(3),
-    )
+def new_contact(n_nodes, n_feet=1):
+    """A tool that touches nothing yet. n_feet : of a node"""
+    further = tuple(FootState(**_no_feet(n_nodes)) for _ in range(n_feet - 1))
+    return ContactState(travel=np.zeros(1), force=np.zeros(3), further=further, **_no_feet(n_nodes))
+
+
+def _no_feet(n_nodes):
+    return {
+        "gap": np.full(n_nodes, np.inf),
+        "normal_force": np.zeros(n_nodes),
+        "multiplier": np.zeros(n_nodes),
+        "normal": np.zeros((n_nodes, 3)),
+        "friction_force": np.zeros((n_nodes, 3)),
+        "status": np.zeros(n_nodes, dtype=np.int64),
+    }

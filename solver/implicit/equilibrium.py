@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contact.feet import sort_feet
 from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.search import Neighbourhood
 from ..elements.assembly import gather_blocks, gather_forces
@@ -58,6 +59,7 @@ class Equilibrium:
         self.contact = np.empty((n, 3))
         self.damping = 0.0  # N/mm^3: see damping.py
         self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
+        self.foot_blocks = np.empty((n, 3, 3))
         self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))
         self.fixed = sheet.held.copy()
         for group, movement in stage.moved.items():
@@ -73,8 +75,7 @@ class Equilibrium:
         tools, supports and loads of the stage before."""
         residual = -old.sheet.internal
         for run in self.tools:
-            contact = old.tools[run.tool.name]
-            residual[: len(old.sheet.x)] += contact.normal_force[:, None] * contact.normal + contact.friction_force
+            residual[: len(old.sheet.x)] += old.tools[run.tool.name].push
         residual[self.fixed] = 0.0
         return residual
 
@@ -89,12 +90,13 @@ class Equilibrium:
         curvature, and with the thickness of now."""
         for run in self.tools:
             before = old.tools[run.tool.name]
-            nodes = np.flatnonzero(before.status != OPEN)
+            nodes = np.flatnonzero(before.touching)
             if run.load > 0.0 or not len(nodes):
                 continue
             place = new.sheet.x[nodes] - new.tools[run.tool.name].travel * run.axis
             hit = run.tool.surface.project(place, run.neighbourhood.seeds(nodes))
-            lift = (self.half_thickness[nodes] + before.gap[nodes] - hit.distance)[:, None] * hit.normal
+            gap = np.min([np.where(foot.status != OPEN, foot.gap, np.inf)[nodes] for foot in before.feet], axis=0)
+            lift = (self.half_thickness[nodes] + gap - hit.distance)[:, None] * hit.normal
             new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, lift)
 
     def evaluate(self, old, new, fraction, first=False):
@@ -129,21 +131,34 @@ class Equilibrium:
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]
         blocks = self.contact_blocks[run.tool.name]
         blocks[:] = 0.0
-        after.normal_force[:], after.friction_force[:], after.status[:] = 0.0, 0.0, OPEN
-        slack = np.divide(after.multiplier, run.kn)
+        slack = np.divide(np.max([foot.multiplier for foot in after.feet], axis=0), run.kn)
         reach = self.half_thickness + slack + self.skin
-        if self.first:
-            reach[before.status != OPEN] = np.inf
-        near, hit = run.neighbourhood.project(new.sheet.x - after.travel * run.axis, reach)
-        after.gap[:] = run.neighbourhood.distance - self.half_thickness
-        before_contact = self.contact.sum(axis=0)
+        points = new.sheet.x - after.travel * run.axis
+        near, hit = run.neighbourhood.project(points, np.where(self.first & before.touching, np.inf, reach))
+        feet = [(near, hit)]
+        if after.further:
+            # What touched before is still looked for a little farther off.
+            reach = np.where(self.first & before.touching, 2.0 * reach, reach)
+            feet = sort_feet(run.tool.surface, points[near], near, hit, reach[near], before)
+        move = (after.travel - before.travel) * run.axis
+        contact_before = self.contact.sum(axis=0)
+        for foot, earlier, now in zip(feet, before.feet, after.feet):
+            now.gap[:] = run.neighbourhood.distance - self.half_thickness if now is after else np.inf
+            now.normal_force[:], now.friction_force[:], now.status[:] = 0.0, 0.0, OPEN
+            self._press(run, foot, earlier, now, old.sheet.x, new.sheet.x, move, blocks)
+        after.force[:] = contact_before - self.contact.sum(axis=0)
+
+    def _press(self, run, foot, before, after, x_old, x, move, blocks):
+        """Adds forces and stiffnesses of the nodes' contact at one of their feet, foot : (node ids, Projection)."""
+        nodes, hit = foot
+        self.foot_blocks[:] = 0.0
         contact_forces(
-            near, hit.distance, hit.normal, hit.curvature, hit.direction, self.half_thickness, self.skin, self.first,
+            nodes, hit.distance, hit.normal, hit.curvature, hit.direction, self.half_thickness, self.skin, self.first,
             after.multiplier, run.kn, run.kt, run.tool.mu, before.friction_force, before.normal, before.status,
-            new.sheet.x, old.sheet.x, (after.travel - before.travel) * run.axis,
-            self.contact, blocks, after.normal_force, after.friction_force, after.normal, after.gap, after.status,
+            x, x_old, move, self.contact, self.foot_blocks, after.normal_force, after.friction_force, after.normal,
+            after.gap, after.status,
         )  # fmt: skip
-        after.force[:] = before_contact - self.contact.sum(axis=0)
+        blocks += self.foot_blocks
 
     def tangent(self):
         """Tangent of the state evaluated last."""

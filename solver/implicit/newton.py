@@ -47,22 +47,22 @@ def solve_increment(equilibrium, solver, old, new, fraction, method, scale_floor
         if not out.converged or deepest(new) <= method.penetration * thickness:
             return out
         for contact in new.tools.values():
-            contact.multiplier[:] = contact.normal_force
+            for foot in contact.feet:
+                foot.multiplier[:] = foot.normal_force
         out.converged = False
     out.reason = f"overlap of {deepest(new):.1e} mm after {AUGMENTATIONS} augmentations"
     return out
 
 
 def deepest(state):
-    """Largest overlap [mm] of a node and the one tool it touches.
+    """Largest overlap [mm] of a node and the one tool it touches, at whichever foot.
 
     A node pinched between two tools is left out: there the overlap is the sheet's own squeeze, which no multiplier
     can take away from two rigid tools.
     """
-    touching = [contact.status != OPEN for contact in state.tools.values()]
-    alone = np.sum(touching, axis=0) == 1
-    overlaps = [-c.gap[t & alone].min(initial=0.0) for c, t in zip(state.tools.values(), touching)]
-    return max(overlaps, default=0.0)
+    alone = np.sum([contact.touching for contact in state.tools.values()], axis=0) == 1
+    feet = [foot for contact in state.tools.values() for foot in contact.feet]
+    return max((-foot.gap[alone & (foot.status != OPEN)].min(initial=0.0) for foot in feet), default=0.0)
 
 
 def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):

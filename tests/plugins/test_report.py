@@ -51,3 +51,12 @@ def test_a_folder_without_a_run(tmp_path):
 def test_plot_is_a_picture(run_folder):
     report.plot(run_folder, run_folder / "plot.png")
     assert (run_folder / "plot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_contact_is_reported_in_words():
+    figures = {"contact_foot_error": 2.5e-6, "contact_sharp_nodes": 3, "contact_several_feet": 12, "cad_gap": 1.2e-5}
+    rows = {words: (number, unit) for words, number, unit in report.figure_rows(figures)}
+    assert rows["largest error of a contact point on its tool"] == ("0.0025", "µm")
+    assert rows["largest gap between faces of the CAD tools"] == ("0.0120", "µm")
+    assert rows["nodes on sharp edges of tools, at most"] == ("3", "")
+    assert rows["nodes held by several walls of one tool, at most"] == ("12", "")
