@@ -45,7 +45,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     results = Results(plan=scene.plan(), lifted=driven)
     recorder, energy = Recorder(scene, sheet), Energy()
     checkpoint = Path(save).parent / "checkpoint.h5" if isinstance(save, (str, Path)) else None
-    first_stage, begun = load_checkpoint(checkpoint, scene, old, results, energy) if resume else (0, None)
+    first_stage, begun = load_checkpoint(checkpoint, scene, method, old, results, energy) if resume else (0, None)
     writer = open_writer(save, scene, resume)
     results.seconds["build"] = time.perf_counter() - clock
     here = first_stage, begun
@@ -66,7 +66,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
                 here = k, step.march
                 if step.march.fraction in stops:
                     keep(recorder.frame(k, step.march.fraction, old, results), results, writer)
-                    save_checkpoint(checkpoint, scene, here, old, results, energy)
+                    save_checkpoint(checkpoint, scene, method, here, old, results, energy)
                 if watch:
                     watch(progress(scene, k, step, results))
             begun = None
@@ -80,7 +80,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
         results.seconds["total"] = time.perf_counter() - clock
         if not results.finished and results.history:
             keep(recorder.frame(here[0], max(here[1].fraction, 0.0), old, results), results, writer)
-            save_checkpoint(checkpoint, scene, here, old, results, energy)
+            save_checkpoint(checkpoint, scene, method, here, old, results, energy)
         if writer:
             writer.close()
     return results

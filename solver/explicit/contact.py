@@ -182,7 +182,9 @@ class ToolContact:
         self.near = self.room[0][:0]
         self.total = np.zeros(7)
         self.velocity = 0.0  # along the axis [mm/s]
-        self.reaction = 0.0  # of the sheet along the axis in the last step [N]
+        # Of the sheet along the axis, in the last step and the one before [N], and the mass that felt it.
+        self.reaction = self.reaction_before = float(contact.force @ run.axis)
+        self.touching = float(mass[: len(contact.status)][contact.status != OPEN].sum())
         self.impulse = np.zeros(3)  # on the tool since the last record [N s]
 
     def travel_to(self, travel, dt):
@@ -196,11 +198,9 @@ class ToolContact:
         The sheet holds it as springs of stiffness m/dt^2, omega dt = sqrt(sum m/M). The damper of critical strength
         acts on the change of the reaction, so that it resists no steady movement.
         """
-        reaction = -(self.total[3:6] @ self.run.axis) / dtm
-        touching = self.total[6] / self.inertia
-        bounce = 2.0 / np.sqrt(touching) * (reaction - self.reaction) if touching > 0.0 else 0.0
-        self.reaction = reaction
-        self.velocity += dtm / self.inertia * (self.run.press * load + reaction + bounce)
+        change = self.reaction - self.reaction_before
+        bounce = 2.0 * np.sqrt(self.inertia / self.touching) * change if self.touching > 0.0 else 0.0
+        self.velocity += dtm / self.inertia * (self.run.press * load + self.reaction + bounce)
         self.contact.travel[0] += dt * self.velocity
 
     def meet(self, u, v, half_thickness, dt, dtm, u_new, v_new):
@@ -238,6 +238,8 @@ class ToolContact:
         sums["contact"] += self.total[1]
         sums["friction"] += self.total[2]
         self.impulse -= self.total[3:6]
+        self.reaction_before, self.reaction = self.reaction, -float(self.total[3:6] @ self.run.axis) / dtm
+        self.touching = float(self.total[6])
 
     def record(self, half_thickness, span):
         """Finish the contact's state: its force is the mean over the span [s] since the last record."""

@@ -86,7 +86,9 @@ class Dynamics:
         self.tools = [
             ToolContact(run, state.tools[run.tool.name], law, self.mass, free, inertia) for run in in_order(tools)
         ]
-        self.loaded = {run.tool.name: bool(state.tools[run.tool.name].status.any()) for run in tools}
+        # A tool that pressed in the stage before goes on pressing.
+        fresh = begun.fraction == -1.0
+        self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].status.any()) for run in tools}
         for tool in self.tools:
             tool.velocity = begun.rates[tool.run.tool.name]
         self.slot_force = np.empty((*elements.slots.shape, 3))
