@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Field
 from .key_tables import Table, one_of
 from .quantities import (
     Coefficient,
+    Density,
     Name,
     Number,
     PositiveNumber,
@@ -302,6 +303,7 @@ class Material(Table):
         description="a curve such as {swift = {K = 577, e0 = 0.0166, n = 0.359}}"
     )
     rate: Annotated[Rate, BeforeValidator(_one_rate)] | None = None
+    density: Density = Field(7.85e-9, description="tonne/mm^3, by default that of steel; explicit runs only")
 
     def build(self):
         """solver.Material. Raises solver.SceneError."""
@@ -309,7 +311,7 @@ class Material(Table):
 
         rate = self.rate.build() if self.rate else None
         return solver.Material(
-            self.young, self.poisson, self.locus.build(), self.hardening.build(), name=self.name, rate=rate
+            self.young, self.poisson, self.locus.build(), self.hardening.build(), self.name, rate, self.density
         )
 
 

@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 LARGEST_TORSION_SHARE = 0.02
+LARGEST_KINETIC_SHARE = 0.05
+SET_OUT = 0.25  # of the stroke; before that a flat sheet has little energy to compare with
 
 
 @dataclass(frozen=True)
@@ -52,10 +54,12 @@ class Results:
         n_contacts, force_<tool> [N, whole part, along the tool's axis, on the tool], travel_<tool> [mm],
         reaction_<group>_<axis> [N, on the modelled nodes of a group that is moved], draw_in_<name> [mm],
         thickness_min, thickness_max [mm], thinning_max,
-        torsion_share (work of the torsion stabilisation relative to the external work so far)
+        torsion_share (work of the torsion stabilisation relative to the external work so far), kinetic_share (kinetic
+        relative to internal energy). Of explicit stages increment counts records, iterations the steps since the last
+        one, residual the drift of the energy balance, and force_<tool> is a mean over these steps
     frames : [Frame], the ones asked for
-    energy : {external: work by tools, loads and supports; internal, friction, contact, torsion; imbalance} [mJ],
-        of the whole part
+    energy : {external: work by tools, loads and supports; internal, friction, contact, torsion, kinetic, damping;
+        imbalance} [mJ], of the whole part
     plan : Plan, what ran and what was skipped
     lifted : names of the tools driven by a force, whose lift tells of wrinkles
     searches : {asked, projected}: distances from nodes to tools that contact wanted to know, in the stages run
@@ -99,6 +103,13 @@ class Results:
             found.append(
                 f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
                 f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle; use a shell"
+            )
+        kinetic = np.array(self.history.get("kinetic_share", np.zeros(len(stroke))))
+        moving = (kinetic > LARGEST_KINETIC_SHARE) & (stroke > SET_OUT * stroke[-1])
+        if moving.any():
+            found.append(
+                f"until {stroke[moving][-1]:.3g} mm, kinetic energy is more than {100 * LARGEST_KINETIC_SHARE:.0f} % "
+                "of the sheet's: forces there are those of a fast tool; give Explicit more waves"
             )
         thickest = np.array(self.history["thickness_max"])
         growth = thickest - np.array(self.history["thickness_min"]) / (1.0 - np.array(self.history["thinning_max"]))

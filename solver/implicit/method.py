@@ -53,6 +53,10 @@ class Implicit:
     skin: float = 3e-3
     penetration: float = 1e-3
 
+    def describe(self):
+        """One line for the plan."""
+        return f"implicit, Newton to a residual of {self.newton.residual:g} of the forces in play"
+
     def of(self, stage):
         """The method that runs a stage."""
         return self
