@@ -40,7 +40,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     method = method or Implicit()
     clock = time.perf_counter()
     sheet = build_sheet(scene.blank)
-    old, new = (first_state(scene, sheet) for _ in range(2))
+    old, new = (first_state(scene, sheet, method) for _ in range(2))
     driven = tuple(name for name, tool in scene.tools.items() if tool.force)
     results = Results(plan=scene.plan(method), lifted=driven)
     recorder, energy = Recorder(scene, sheet), Energy()
@@ -86,10 +86,12 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     return results
 
 
-def first_state(scene, sheet):
+def first_state(scene, sheet, method):
     """The flat blank and tools that touch nothing."""
     n_nodes, elements = len(sheet.points), sheet.elements
-    flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), scene.blank.material.n_history)
+    tangents = any(method.of(stage).needs_tangents for stage in scene.stages)
+    n_history = scene.blank.material.n_history
+    flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), n_history, tangents)
     return State(flat, {name: new_contact(n_nodes) for name in scene.tools})
 
 

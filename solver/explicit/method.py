@@ -73,6 +73,7 @@ class Explicit:
 
     # Dynamics stabilises a membrane; the implicit stages' contact stiffness is also that of their tools.
     torsion = 0.0
+    needs_tangents = False
 
     @property
     def penalty(self):

@@ -52,6 +52,7 @@ class Implicit:
     stick: float = 0.03
     skin: float = 3e-3
     penetration: float = 1e-3
+    needs_tangents = True
 
     def describe(self):
         """One line for the plan."""
