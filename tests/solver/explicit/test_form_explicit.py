@@ -6,7 +6,23 @@ import numba
 import numpy as np
 import pytest
 
-from solver import Blank, Coulomb, Explicit, Implicit, Membrane, Scene, SceneError, Shell, Stage, StepFailed, Tool, form
+from solver import (
+    Blank,
+    Coulomb,
+    Explicit,
+    Implicit,
+    Kinematic,
+    Membrane,
+    Penalty,
+    Scene,
+    SceneError,
+    Shell,
+    Stage,
+    StepFailed,
+    Tool,
+    Touch,
+    form,
+)
 from solver.explicit import stable_step
 from tests.solver.lattice import Bar, Plane, square
 from tests.solver.test_form import STEEL, punch_stretch
@@ -34,6 +50,16 @@ def test_punch_stretch_agrees_with_the_implicit_solver():
         assert explicit.energy[name] == pytest.approx(implicit.energy[name], rel=tolerance)
     assert abs(explicit.energy["imbalance"]) < 1e-3 * explicit.energy["external"]
     assert explicit.history["kinetic_share"][-1] < 1e-3
+
+
+@pytest.mark.parametrize("contact", [Touch(0.0), Touch(1.0), Penalty()])
+def test_the_other_contact_laws_agree_with_the_kinematic_one(contact):
+    scene = punch_stretch(size=4.0, travel=3.0)
+    kinematic, other = (form(scene, Explicit(contact=law, waves=8.0), frames=2) for law in (Kinematic(), contact))
+    thickness = [r.frames[-1].cell_fields["thickness"] for r in (other, kinematic)]
+    assert thickness[0] == pytest.approx(thickness[1], rel=5e-3)
+    assert other.energy["internal"] == pytest.approx(kinematic.energy["internal"], rel=0.02)
+    assert abs(other.energy["imbalance"]) < 0.01 * other.energy["external"]
 
 
 def test_a_strip_between_die_and_holder_is_pulled_by_twice_its_friction():
