@@ -61,6 +61,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
             for step in how.march(sheet, stage, tools, old, new, begun, stops):
                 energy.add(step.work)
+                results.notes += step.notes
                 old.copy_from(new)
                 recorder.row(k, step, old, energy, results)
                 here = k, step.march

@@ -61,6 +61,7 @@ class Results:
     energy : {external: work by tools, loads and supports; internal, friction, contact, torsion, kinetic, damping;
         imbalance} [mJ], of the whole part
     plan : Plan, what ran and what was skipped
+    notes : what an explicit stage chose by itself: its time and step, mass added, mass of tools driven by a force
     lifted : names of the tools driven by a force, whose lift tells of wrinkles
     searches : {asked, projected}: distances from nodes to tools that contact wanted to know, in the stages run
         to their end, and those of them not told by an earlier distance (contact/search.py)
@@ -69,6 +70,7 @@ class Results:
 
     plan: object
     lifted: tuple = ()
+    notes: list = field(default_factory=list)
     history: dict = field(default_factory=dict)
     frames: list = field(default_factory=list)
     energy: dict = field(default_factory=dict)
@@ -92,8 +94,9 @@ class Results:
         return float(np.interp(stroke, self.history["stroke"], self.history[column]))
 
     def remarks(self):
-        """What a reader has to know: from which stroke a membrane wants to wrinkle, or a tool rides on wrinkles."""
-        found = []
+        """What a reader has to know: what explicit stages chose, from which stroke a membrane wants to wrinkle or a
+        tool rides on wrinkles, until which one the tools were too fast."""
+        found = list(self.notes)
         if "torsion_share" not in self.history:
             return found
         stroke = np.array(self.history["stroke"])

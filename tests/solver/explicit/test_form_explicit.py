@@ -149,6 +149,9 @@ def test_explicit_goes_on_from_an_implicit_state():
     class First(SimpleNamespace):
         """Implicit in the stage called first, explicit after it."""
 
+        def describe(self):
+            return "mixed"
+
         def of(self, stage):
             return Implicit() if stage.name == "first" else Explicit()
 
