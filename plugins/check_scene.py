@@ -17,7 +17,7 @@ def check_scene(path):
         "name": scene.name,
         "nodes": len(scene.blank.mesh.points),
         "triangles": len(scene.blank.mesh.cells),
-        "plan": str(scene.plan()),
+        "plan": str(scene.plan(scene_file.method)),
         "starts": tool_starts(scene_file, scene),
     }
 

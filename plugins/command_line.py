@@ -201,6 +201,24 @@ def elements(*, as_json: Json = False):
         print_table(plain_table(HEADER, map(line_of, found)), plain_table(LAW_HEADER, map(law_line, laws)))
 
 
+@bench.command
+def explicit(*, largest: int = 100_000, as_json: Json = False):
+    """The explicit step: time and memory per triangle, threads, and the share of contact in the square cup.
+
+    Parameters
+    ----------
+    largest
+        Triangles of the largest sheet, up to 500000, which takes about 2 GB.
+    """
+    from .bench_explicit import CUP_HEADER, HEADER, cup_line, cup_shares, line_of, rows
+
+    found, cup = rows(largest), cup_shares()
+    if as_json:
+        print_json({"sheets": found, "cup": cup})
+    else:
+        print_table(plain_table(HEADER, map(line_of, found)), plain_table(CUP_HEADER, [cup_line(cup)]))
+
+
 @bench.command(name="materials")
 def bench_materials(*, as_json: Json = False):
     """Time per point and update of every material law, ns on one core."""

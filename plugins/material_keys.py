@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Field
 from .key_tables import OrText, Table, one_of
 from .quantities import (
     Coefficient,
+    Density,
     Name,
     Number,
     PositiveNumber,
@@ -310,6 +311,7 @@ class Material(Table):
     )
     rate: Annotated[Rate, BeforeValidator(_one_rate)] | None = None
     modulus: ModulusKeys | None = None
+    density: Density = Field(7.85e-9, description="tonne/mm^3, by default that of steel; explicit runs only")
 
     def build(self):
         """solver.Material. Raises solver.SceneError."""
@@ -324,6 +326,7 @@ class Material(Table):
             self.hardening.build(),
             name=self.name,
             rate=rate,
+            density=self.density,
             modulus=modulus,
         )
 

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError, core_schema
 
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
-EXAMPLES = {"mm": "2.5 mm", "N": "19.6 kN", "MPa": "70 GPa"}
+EXAMPLES = {"mm": "2.5 mm", "N": "19.6 kN", "MPa": "70 GPa", "tonne/mm^3": "7850 kg/m^3"}
 
 
 def wrong(found, expected):
@@ -133,6 +133,7 @@ PositiveLength = Annotated[float, Quantity("a length", "mm", above=0.0)]
 PositiveForce = Annotated[float, Quantity("a force", "N", above=0.0)]
 Stress = Annotated[float, Quantity("a stress", "MPa")]
 PositiveStress = Annotated[float, Quantity("a stress", "MPa", above=0.0)]
+Density = Annotated[float, Quantity("a density", "tonne/mm^3", above=0.0)]
 Number = Annotated[float, Quantity("a number")]
 PositiveNumber = Annotated[float, Quantity("a number", above=0.0)]
 Coefficient = Annotated[float, Quantity("a number", at_least=0.0)]

@@ -11,7 +11,7 @@ import numpy as np
 FIGURES = {
     "stroke": ("stroke", "mm", 1.0, 2),
     "increments": ("increments", "", 1, 0),
-    "iterations": ("Newton iterations", "", 1, 0),
+    "iterations": ("Newton iterations, or steps", "", 1, 0),
     "nodes_skipped": ("nodes known to be far from a tool", "%", 100.0, 1),
     "thickness_min": ("smallest thickness", "mm", 1.0, 3),
     "thickness_max": ("largest thickness", "mm", 1.0, 3),

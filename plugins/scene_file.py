@@ -14,7 +14,7 @@ from typing import get_args
 from pydantic import BaseModel, ValidationError
 
 from .quantities import shown
-from .scene_keys import DUTIES, SURFACE_KEYS, SceneKeys, as_implicit, history_columns
+from .scene_keys import DUTIES, SURFACE_KEYS, SceneKeys, as_explicit, as_implicit, history_columns
 
 
 class SceneFileError(ValueError):
@@ -52,8 +52,15 @@ class SceneFile:
 
     @property
     def method(self):
-        """solver.Implicit with the file's options."""
-        return as_implicit(self.keys.implicit)
+        """solver.Implicit or solver.Explicit with the file's options. Raises SceneFileError."""
+        from solver import SceneError
+
+        if self.keys.method == "implicit":
+            return as_implicit(self.keys.implicit)
+        try:
+            return as_explicit(self.keys.explicit, self.keys.implicit)
+        except SceneError as error:
+            raise SceneFileError(f"{self.path}: {error}") from error
 
     @property
     def columns(self):

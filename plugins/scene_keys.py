@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, create_model
 
+from solver.explicit.method import Explicit, Kinematic, Penalty, Touch
 from solver.implicit.method import Implicit
 
 from .key_tables import Table, one_of
@@ -167,6 +168,14 @@ def _options(description):
 
 
 ImplicitOptions = _options(Implicit())
+CONTACTS = {"kinematic": Kinematic, "touch": Touch, "penalty": Penalty}
+NUMBERS = [item.name for item in fields(Explicit) if isinstance(getattr(Explicit(), item.name), float)]
+ExplicitOptions = create_model(
+    "ExplicitOptions",
+    __base__=Table,
+    contact=(Literal["kinematic", "touch", "penalty"], "kinematic"),
+    **{name: (Coefficient, getattr(Explicit(), name)) for name in NUMBERS},
+)
 
 
 def as_implicit(options):
@@ -178,6 +187,12 @@ def as_implicit(options):
         default = getattr(defaults, item.name)
         values[item.name] = type(default)(**value.model_dump()) if is_dataclass(default) else value
     return Implicit(**values)
+
+
+def as_explicit(options, implicit):
+    """solver.Explicit with the options of a scene file; its implicit stages have theirs. Raises solver.SceneError."""
+    numbers = {name: getattr(options, name) for name in NUMBERS}
+    return Explicit(contact=CONTACTS[options.contact](), springback=as_implicit(implicit), **numbers)
 
 
 class Output(Table):
@@ -208,6 +223,8 @@ class SceneKeys(Table):
     forming_limit: FormingLimit | None = None
     tools: dict[str, Tool] = {}
     stages: list[Stage] = []
+    method: Literal["implicit", "explicit"] = "implicit"
+    explicit: ExplicitOptions = ExplicitOptions()  # pyright: ignore[reportInvalidTypeForm]
     implicit: ImplicitOptions = ImplicitOptions()  # pyright: ignore[reportInvalidTypeForm]
     output: Output = Output()
     compare: Compare | None = None

@@ -28,7 +28,7 @@ def fingerprint(scene):
     return digest.hexdigest()
 
 
-def save_checkpoint(path, scene, here, state, results, energy):
+def save_checkpoint(path, scene, method, here, state, results, energy):
     """Write the state `here` = (stage index, March). Does nothing where path is None."""
     if path is None:
         return
@@ -37,6 +37,7 @@ def save_checkpoint(path, scene, here, state, results, energy):
     partial = path.with_suffix(".partial")
     with h5py.File(partial, "w") as file:
         file.attrs["scene"] = fingerprint(scene)
+        file.attrs["method"] = type(method).__name__
         file.attrs["march"] = json.dumps([k, march.fraction, march.width, march.rates, march.placed])
         file.attrs["history"] = json.dumps(results.history)
         file.attrs["energy"] = json.dumps(energy.sums)
@@ -49,10 +50,10 @@ def save_checkpoint(path, scene, here, state, results, energy):
     os.replace(partial, path)
 
 
-def load_checkpoint(path, scene, state, results, energy):
+def load_checkpoint(path, scene, method, state, results, energy):
     """Fill state, history and energies; returns (stage index, March).
 
-    Raises SceneError for a missing or unreadable file and for one of another scene.
+    Raises SceneError for a missing or unreadable file and for one of another scene or method.
     """
     if path is None or not path.exists():
         raise SceneError(f"{path}: no checkpoint to resume from; run without resume first")
@@ -60,6 +61,8 @@ def load_checkpoint(path, scene, state, results, energy):
         with h5py.File(path, "r") as file:
             if file.attrs["scene"] != fingerprint(scene):
                 raise SceneError(f"{path}: the checkpoint belongs to another scene; run without resume")
+            if file.attrs["method"] != type(method).__name__:
+                raise SceneError(f"{path}: found a checkpoint of {file.attrs['method']}(), expected the same method")
             for name, group in [("sheet", state.sheet), *((f"tools/{k}", c) for k, c in state.tools.items())]:
                 for key, value in group.arrays().items():
                     value[...] = file[f"{name}/{key}"][()]

@@ -41,12 +41,12 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     method = method or Implicit()
     clock = time.perf_counter()
     sheet = build_sheet(scene.blank)
-    old, new = (first_state(scene, sheet) for _ in range(2))
+    old, new = (first_state(scene, sheet, method) for _ in range(2))
     driven = tuple(name for name, tool in scene.tools.items() if tool.force)
-    results = Results(plan=scene.plan(), lifted=driven)
+    results = Results(plan=scene.plan(method), lifted=driven)
     recorder, energy = Recorder(scene, sheet), Energy()
     checkpoint = Path(save).parent / "checkpoint.h5" if isinstance(save, (str, Path)) else None
-    first_stage, begun = load_checkpoint(checkpoint, scene, old, results, energy) if resume else (0, None)
+    first_stage, begun = load_checkpoint(checkpoint, scene, method, old, results, energy) if resume else (0, None)
     writer = open_writer(save, scene, resume)
     results.seconds["build"] = time.perf_counter() - clock
     here = first_stage, begun
@@ -62,12 +62,13 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
             for step in how.march(sheet, stage, tools, old, new, begun, stops):
                 energy.add(step.work)
+                results.notes += step.notes
                 old.copy_from(new)
                 recorder.row(k, step, old, energy, results)
                 here = k, step.march
                 if step.march.fraction in stops and step.march.damping is None:
                     keep(recorder.frame(k, step.march.fraction, old, results), results, writer)
-                    save_checkpoint(checkpoint, scene, here, old, results, energy)
+                    save_checkpoint(checkpoint, scene, method, here, old, results, energy)
                 if watch:
                     watch(progress(scene, k, step, results))
             begun = None
@@ -81,19 +82,20 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
         results.seconds["total"] = time.perf_counter() - clock
         if not results.finished and results.history:
             keep(recorder.frame(here[0], max(here[1].fraction, 0.0), old, results), results, writer)
-            save_checkpoint(checkpoint, scene, here, old, results, energy)
+            save_checkpoint(checkpoint, scene, method, here, old, results, energy)
         results.contact = recorder.budget.figures()
         if writer:
             writer.close()
     return results
 
 
-def first_state(scene, sheet):
+def first_state(scene, sheet, method):
     """The flat blank and tools that touch nothing."""
     n_nodes, elements = len(sheet.points), sheet.elements
-    flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), scene.blank.material.n_history)
-    thickness = scene.blank.thickness
-    feet = {name: feet_per_node(tool.surface, thickness) for name, tool in scene.tools.items()}
+    tangents = any(method.of(stage).needs_tangents for stage in scene.stages)
+    n_history = scene.blank.material.n_history
+    flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), n_history, tangents)
+    feet = {name: feet_per_node(tool.surface, scene.blank.thickness) for name, tool in scene.tools.items()}
     return State(flat, {name: new_contact(n_nodes, n_feet) for name, n_feet in feet.items()})
 
 

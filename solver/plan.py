@@ -20,8 +20,8 @@ class Plan:
         return "\n".join(lines)
 
 
-def plan(scene):
-    """Plan of a scene."""
+def plan(scene, method=None):
+    """Plan of a scene, and of the method that runs it."""
     blank, material = scene.blank, scene.blank.material
     n_nodes, n_tris = len(blank.mesh.points), len(blank.mesh.cells)
     kind = "shell" if isinstance(blank.element, Shell) else "membrane"
@@ -35,6 +35,8 @@ def plan(scene):
             material.describe(),
         ),
     ]
+    if method is not None:
+        runs.insert(0, ("method", method.describe()))
     skips = []
     if isinstance(blank.element, Shell):
         runs.append(("bending", f"{blank.element.layers} layers through the thickness"))

@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 LARGEST_TORSION_SHARE = 0.02
+LARGEST_KINETIC_SHARE = 0.05
+SET_OUT = 0.25  # of the stroke; before that a flat sheet has little energy to compare with
 
 
 @dataclass(frozen=True)
@@ -55,11 +57,14 @@ class Results:
         thickness_min, thickness_max [mm], thinning_max,
         fld_margin_min and fld_margin_x, _y, _z (where the blank has a forming limit: the smallest margin, and the
         middle of its triangle [mm]),
-        torsion_share (work of the torsion stabilisation relative to the external work so far)
+        torsion_share (work of the torsion stabilisation relative to the external work so far), kinetic_share (kinetic
+        relative to internal energy). Of explicit stages increment counts records, iterations the steps since the last
+        one, residual the drift of the energy balance, and force_<tool> is a mean over these steps
     frames : [Frame], the ones asked for
-    energy : {external: work by tools, loads and supports; internal, friction, contact, torsion; imbalance} [mJ],
-        of the whole part
+    energy : {external: work by tools, loads and supports; internal, friction, contact, torsion, kinetic, damping;
+        imbalance} [mJ], of the whole part
     plan : Plan, what ran and what was skipped
+    notes : what an explicit stage chose by itself: its time and step, mass added, mass of tools driven by a force
     lifted : names of the tools driven by a force, whose lift tells of wrinkles
     searches : {asked, projected}: distances from nodes to tools that contact wanted to know, in the stages run
         to their end, and those of them not told by an earlier distance (contact/search.py)
@@ -69,6 +74,7 @@ class Results:
 
     plan: object
     lifted: tuple = ()
+    notes: list = field(default_factory=list)
     history: dict = field(default_factory=dict)
     frames: list = field(default_factory=list)
     energy: dict = field(default_factory=dict)
@@ -93,8 +99,9 @@ class Results:
         return float(np.interp(stroke, self.history["stroke"], self.history[column]))
 
     def remarks(self):
-        """What a reader has to know: from which stroke a membrane wants to wrinkle, or a tool rides on wrinkles."""
-        found = []
+        """What a reader has to know: what explicit stages chose, from which stroke a membrane wants to wrinkle or a
+        tool rides on wrinkles, until which one the tools were too fast."""
+        found = list(self.notes)
         if "torsion_share" not in self.history:
             return found
         margin = np.array(self.history.get("fld_margin_min", []))
@@ -113,12 +120,21 @@ class Results:
                 f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
                 f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle; use a shell"
             )
+<<<<<<< HEAD
         snapping = np.array(self.history["damped"]) > 0.0
         if snapping.any():
             share = 100.0 * self.energy.get("damping", 0.0) / max(abs(self.energy.get("external", 0.0)), 1e-300)
             found.append(
                 f"from {stroke[snapping][0]:.3g} mm on, the sheet snaps: {np.count_nonzero(snapping)} increments were damped, "
                 f"which took {share:.2g} % of the work"
+=======
+        kinetic = np.array(self.history.get("kinetic_share", np.zeros(len(stroke))))
+        moving = (kinetic > LARGEST_KINETIC_SHARE) & (stroke > SET_OUT * stroke[-1])
+        if moving.any():
+            found.append(
+                f"until {stroke[moving][-1]:.3g} mm, kinetic energy is more than {100 * LARGEST_KINETIC_SHARE:.0f} % "
+                "of the sheet's: forces there are those of a fast tool; give Explicit more waves"
+>>>>>>> h3-expl
             )
         thickest = np.array(self.history["thickness_max"])
         growth = thickest - np.array(self.history["thickness_min"]) / (1.0 - np.array(self.history["thinning_max"]))

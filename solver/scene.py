@@ -236,8 +236,9 @@ class Scene:
                 found.setdefault(tool.name, tool)
         return found
 
-    def plan(self):
-        """What will run, what is skipped, and why. Returns Plan, whose str() is the text."""
+    def plan(self, method=None):
+        """What will run, what is skipped, and why, by a method such as Implicit(). Returns Plan, whose str() is the
+        text."""
         from .plan import plan
 
-        return plan(self)
+        return plan(self, method)

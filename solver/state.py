@@ -40,7 +40,7 @@ class SheetState(Arrays):
     stress: np.ndarray  # (p, 3) T, conjugate to H [MPa]
     thickness_strain: np.ndarray  # (p,) H33
     second_stress: np.ndarray  # (p, 3) second Piola-Kirchhoff S [MPa]
-    tangent: np.ndarray  # (p, 3, 3) dS/dE [MPa]
+    tangent: np.ndarray  # (p, 3, 3) dS/dE [MPa], empty where no stage is implicit
     # gather
     internal: np.ndarray  # (n + k, 3) internal forces [N]
     external: np.ndarray  # (n + k, 3) forces of the loads [N]
@@ -129,8 +129,9 @@ class State:
             contact.copy_from(other.tools[name])
 
 
-def new_sheet(points, n_slopes, n_points, n_history=0):
-    """A sheet in its initial shape, stress-free. points : (n, 3); n_history : columns of the law's history"""
+def new_sheet(points, n_slopes, n_points, n_history=0, tangents=True):
+    """A sheet in its initial shape, stress-free. points : (n, 3); n_history : columns of the law's
+    history; tangents : whether they are wanted, the largest array of all"""
     n_rows = len(points) + n_slopes
     return SheetState(
         u=np.vstack([points, np.zeros((n_slopes, 3))]),
@@ -142,7 +143,7 @@ def new_sheet(points, n_slopes, n_points, n_history=0):
         stress=np.zeros((n_points, 3)),
         thickness_strain=np.zeros(n_points),
         second_stress=np.zeros((n_points, 3)),
-        tangent=np.zeros((n_points, 3, 3)),
+        tangent=np.zeros((n_points if tangents else 0, 3, 3)),
         internal=np.zeros((n_rows, 3)),
         external=np.zeros((n_rows, 3)),
         n_nodes=len(points),

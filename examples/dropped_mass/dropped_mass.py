@@ -32,6 +32,7 @@ def drop(law, dt, bounces=1, height=HEIGHT):
     mass, half, external = np.array([MASS]), np.zeros(1), np.array([[0.0, 0.0, -MASS * GRAVITY]])
     nothing, fixed, free = np.zeros((1, 3)), np.zeros((1, 3), dtype=bool), np.ones((1, 3))
     gap, force, friction, status = np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
+    lost = np.zeros(1)
     normal, up, near, rest = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, dtype=np.int64), np.zeros(3)
     times, heights, tops = [0.0], [height], []
     while len(tops) < bounces:
@@ -39,7 +40,7 @@ def drop(law, dt, bounces=1, height=HEIGHT):
         distance = (u if law == PENALTY else u_new)[:, 2].copy()
         meet_tool(
             law, parameter, near, distance, up, half, mass, free, 0.0, rest, dt, dt, v, u_new, v_new, gap, force,
-            normal, friction, status,
+            normal, friction, status, lost,
         )  # fmt: skip
         u, u_new, v, v_new = u_new, u, v_new, v
         times.append(times[-1] + dt)

@@ -19,6 +19,7 @@ from ..contact.node_on_tool import OPEN, SLIP, STICK
 from .method import Kinematic, Penalty, Touch
 
 KINEMATIC, TOUCH, PENALTY = 0, 1, 2
+BY_PATH = -1.0  # energy lost in contact is the force's work along the node's path
 GRIP = 0.1  # part of the normal that has to lie along free directions
 
 
@@ -58,7 +59,8 @@ def bounce(gap, approach, pull, dt, restitution):
     """A step divided at the instant of first touch.
 
     gap : at the step's start; approach : velocity of the gap then; pull : its acceleration, constant
-    returns : gap at the end, velocity of the gap half a step before the end's next one (as `predict` counts it)
+    returns : gap at the end, velocity of the gap as `predict` goes on from it, velocity squared that the bounce took.
+    A node that comes to rest on the tool within the step stays there.
     """
     # First root of gap + approach tau + pull tau^2 / 2; a node already overlapping touches at once.
     tau = 0.0
@@ -67,17 +69,18 @@ def bounce(gap, approach, pull, dt, restitution):
         root = sqrt(max(approach * approach - 2.0 * pull * gap, 0.0))
         tau = min(max(2.0 * gap / (root - approach), 0.0), dt) if root > approach else dt
     left = dt - tau
-    back = -restitution * min(approach + pull * tau, 0.0)
+    impact = min(approach + pull * tau, 0.0)
+    back = -restitution * impact
     end = back * left + 0.5 * pull * left * left
     if end <= 0.0:
-        return 0.0, 0.0
-    return end, back + pull * left - 0.5 * pull * dt
+        return 0.0, -gap / dt, BY_PATH
+    return end, back + pull * left - 0.5 * pull * dt, impact * impact - back * back
 
 
 @njit(parallel=True, cache=True)
 def meet_tool(
     law, parameter, near, distance, normal, half_thickness, mass, free, mu, w, dt, dtm, v,
-    u_new, v_new, gap, normal_force, n_new, tau, status,
+    u_new, v_new, gap, normal_force, n_new, tau, status, lost,
 ):  # fmt: skip
     """Puts the nodes that overlap a tool back, and gives them their friction.
 
@@ -85,7 +88,8 @@ def meet_tool(
     near : (k,) nodes; distance (k,), normal (k, 3) of their projection after the predicted step (penalty: before it)
     half_thickness (n,), mass (n,); free : (n, 3) 1 where a node may move; w : (3,) mm/s;
     v : before the step
-    changes u_new, v_new (n, 3); fills gap (n,), normal_force (n,), n_new (n, 3), tau (n, 3), status (n,) of these nodes
+    changes u_new, v_new (n, 3); fills gap (n,), normal_force (n,), n_new (n, 3), tau (n, 3), status (n,) of these
+    nodes, and lost (n,) mJ, or BY_PATH
     """
     for k in prange(near.shape[0]):
         node = near[k]
@@ -96,7 +100,7 @@ def meet_tool(
         for c in range(3):
             hold += free[node, c] * normal[k, c] * normal[k, c]
             vn += (v_new[node, c] - w[c]) * normal[k, c]
-        normal_force[node], status[node] = 0.0, OPEN
+        normal_force[node], status[node], lost[node] = 0.0, OPEN, BY_PATH
         for c in range(3):
             tau[node, c] = 0.0
         if d >= 0.0 or hold < GRIP:
@@ -114,7 +118,9 @@ def meet_tool(
                 before += (v[node, c] - w[c]) * normal[k, c]
             pull = (vn - before) / dtm
             start = d - dt * vn
-            end, after = bounce(start, vn - 0.5 * dt * pull, pull, dt, parameter)
+            end, after, taken = bounce(start, vn - 0.5 * dt * pull, pull, dt, parameter)
+            if taken >= 0.0:
+                lost[node] = 0.5 * m * taken / hold
             dv, lift = (after - vn) / hold, (end - d) / hold
         force = m * dv / dtm
         # Across it.
@@ -139,7 +145,7 @@ def meet_tool(
 
 
 @njit(cache=True)
-def contact_work(near, normal_force, normal, tau, v, v_new, w, dtm, mass, total):
+def contact_work(near, normal_force, normal, tau, lost, v, v_new, w, dtm, mass, total):
     """Fills total (7,): work of the tool, lost in contact, lost in friction [mJ]; impulse on the sheet (3,) [N s]; mass
     of the touching nodes [tonne]."""
     total[:] = 0.0
@@ -148,11 +154,15 @@ def contact_work(near, normal_force, normal, tau, v, v_new, w, dtm, mass, total)
         if normal_force[node] == 0.0:
             continue
         total[6] += mass[node]
+        by_path = lost[node] == BY_PATH
+        if not by_path:
+            total[1] += lost[node]
         for c in range(3):
             push = normal_force[node] * normal[node, c]
             path = (0.5 * (v[node, c] + v_new[node, c]) - w[c]) * dtm
             total[0] += (push + tau[node, c]) * w[c] * dtm
-            total[1] -= push * path
+            if by_path:
+                total[1] -= push * path
             total[2] -= tau[node, c] * path
             total[3 + c] += (push + tau[node, c]) * dtm
 
@@ -180,9 +190,11 @@ class ToolContact:
         self.mass, self.free = mass, free
         self.room = np.empty(len(mass), dtype=np.int64), np.empty(len(mass), dtype=np.int64)
         self.near = self.room[0][:0]
-        self.total = np.zeros(7)
+        self.total, self.lost = np.zeros(7), np.zeros(len(mass))
         self.velocity = 0.0  # along the axis [mm/s]
-        self.reaction = 0.0  # of the sheet along the axis in the last step [N]
+        # Of the sheet along the axis, in the last step and the one before [N], and the mass that felt it.
+        self.reaction = self.reaction_before = float(contact.force @ run.axis)
+        self.touching = float(mass[: len(contact.status)][contact.status != OPEN].sum())
         self.impulse = np.zeros(3)  # on the tool since the last record [N s]
 
     def travel_to(self, travel, dt):
@@ -196,11 +208,9 @@ class ToolContact:
         The sheet holds it as springs of stiffness m/dt^2, omega dt = sqrt(sum m/M). The damper of critical strength
         acts on the change of the reaction, so that it resists no steady movement.
         """
-        reaction = -(self.total[3:6] @ self.run.axis) / dtm
-        touching = self.total[6] / self.inertia
-        bounce = 2.0 / np.sqrt(touching) * (reaction - self.reaction) if touching > 0.0 else 0.0
-        self.reaction = reaction
-        self.velocity += dtm / self.inertia * (self.run.press * load + reaction + bounce)
+        change = self.reaction - self.reaction_before
+        bounce = 2.0 * np.sqrt(self.inertia / self.touching) * change if self.touching > 0.0 else 0.0
+        self.velocity += dtm / self.inertia * (self.run.press * load + self.reaction + bounce)
         self.contact.travel[0] += dt * self.velocity
 
     def meet(self, u, v, half_thickness, dt, dtm, u_new, v_new):
@@ -223,7 +233,7 @@ class ToolContact:
         meet_tool(
             self.law, self.parameter, near, hit.distance, hit.normal, half_thickness, self.mass, self.free,
             self.run.tool.mu, w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force, contact.normal,
-            contact.friction_force, contact.status,
+            contact.friction_force, contact.status, self.lost,
         )  # fmt: skip
 
     def work(self, v, v_new, dtm, sums):
@@ -231,13 +241,15 @@ class ToolContact:
         contact = self.contact
         w = self.velocity * self.run.axis
         contact_work(
-            self.near, contact.normal_force, contact.normal, contact.friction_force, v, v_new, w, dtm, self.mass,
-            self.total,
+            self.near, contact.normal_force, contact.normal, contact.friction_force, self.lost, v, v_new, w, dtm,
+            self.mass, self.total,
         )  # fmt: skip
         sums["external"] += self.total[0]
         sums["contact"] += self.total[1]
         sums["friction"] += self.total[2]
         self.impulse -= self.total[3:6]
+        self.reaction_before, self.reaction = self.reaction, -float(self.total[3:6] @ self.run.axis) / dtm
+        self.touching = float(self.total[6])
 
     def record(self, half_thickness, span):
         """Finish the contact's state: its force is the mean over the span [s] since the last record."""

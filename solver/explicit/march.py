@@ -38,12 +38,14 @@ class Steps(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """What the march yields: see implicit Accepted. work : {name: mJ} since the last record"""
+    """What the march yields: see implicit Accepted. work : {name: mJ} since the last record; notes : what the stage
+    chose by itself, with its first record."""
 
     march: March
     outcome: Steps
     n_cut_backs: int
     work: dict
+    notes: tuple
 
 
 def start_march(stage, sheet, placed):
@@ -86,7 +88,9 @@ class Dynamics:
         self.tools = [
             ToolContact(run, state.tools[run.tool.name], law, self.mass, free, inertia) for run in in_order(tools)
         ]
-        self.loaded = {run.tool.name: bool(state.tools[run.tool.name].status.any()) for run in tools}
+        # A tool that pressed in the stage before goes on pressing.
+        fresh = begun.fraction == -1.0
+        self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].status.any()) for run in tools}
         for tool in self.tools:
             tool.velocity = begun.rates[tool.run.tool.name]
         self.slot_force = np.empty((*elements.slots.shape, 3))
@@ -126,6 +130,18 @@ class Dynamics:
             residual[: len(sheet.x)] += c.normal_force[:, None] * c.normal + c.friction_force
         residual[self.fixed] = 0.0
         return residual
+
+    def notes(self, left):
+        """What this stage chose by itself. left : its time still to go [s]"""
+        name, count = self.stage.name, left / self.limit
+        found = [f"stage {name!r}: {left:.3g} s in about {count:.0f} steps of {self.limit:.2g} s"]
+        if self.added_mass > 1e-6:
+            found[0] += f", {100.0 * self.added_mass:.2g} % of mass added to its smallest triangles"
+        for tool in self.tools:
+            if tool.run.load > 0.0:
+                weight = f"{tool.run.tool.name} moves as a mass of {TOOL_MASS:g} times the sheet's"
+                found.append(f"stage {name!r}: {weight}, damped critically where it bounces on it")
+        return tuple(found)
 
     def step(self, time, dt, dt_before):
         """From `time` to time + dt."""
@@ -206,11 +222,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     if place.fraction == -1.0 and not relieves and not presses:
         place = place._replace(fraction=0.0)
     time = pacing.time(place.fraction)
-    log.info(
-        "stage %s: %.3g s in steps of %.3g s, about %d of them; %.2g %% of mass added",
-        stage.name, pacing.duration, dynamics.limit, (pacing.duration - time) / dynamics.limit,
-        100.0 * dynamics.added_mass,
-    )  # fmt: skip
+    notes = dynamics.notes(pacing.duration - time)
+    log.info("%s", "; ".join(notes))
     dt = place.width if place.width > 0.0 else dynamics.limit
     balance = Balance(sheet, method)
     recorded, look, steps = time, time, 0
@@ -251,7 +264,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         )
         outcome = Steps(steps, [drift])
         recorded, steps = time, 0
-        yield Recorded(place, outcome, 0, work)
+        yield Recorded(place, outcome, 0, work, notes)
+        notes = ()
 
 
 def record_after(fraction):

@@ -50,7 +50,6 @@ class Explicit:
     ramp : part of the stage's time in which the tools reach their speed, and again in which they stop
     scaled : part of the blank's mass that may be added to triangles whose stable step is far below the median's
     damping : of the sheet's velocity, relative to the rate at which those waves cross the blank
-    kinetic : share of kinetic in internal energy above which a run is remarked as not quasi-static
     drift : of the energy balance, relative to the work done; above it a run stops
     springback : Implicit, for stages in which nothing acts
     """
@@ -61,7 +60,6 @@ class Explicit:
     ramp: float = 0.5
     scaled: float = 0.01
     damping: float = 0.2
-    kinetic: float = 0.05
     drift: float = 0.05
     springback: Implicit = field(default_factory=Implicit)
 
@@ -69,12 +67,13 @@ class Explicit:
         for name, low, high in (("safety", 0.0, 1.0), ("waves", 0.0, 1e6), ("ramp", 0.0, 0.5), ("drift", 0.0, 1e6)):
             if not low < getattr(self, name) <= high:
                 raise SceneError(f"explicit {name}: found {getattr(self, name)!r}, expected above {low:g} to {high:g}")
-        for name in ("scaled", "damping", "kinetic"):
+        for name in ("scaled", "damping"):
             if not getattr(self, name) >= 0.0:
                 raise SceneError(f"explicit {name}: found {getattr(self, name)!r}, expected a number of 0 or more")
 
     # Dynamics stabilises a membrane; the implicit stages' contact stiffness is also that of their tools.
     torsion = 0.0
+    needs_tangents = False
 
     @property
     def penalty(self):
@@ -85,6 +84,14 @@ class Explicit:
     def stick(self):
         """Of the implicit stages."""
         return self.springback.stick
+
+    def describe(self):
+        """One line for the plan."""
+        damped = f", damping {self.damping:g} of that rate" if self.damping else ""
+        return (
+            f"explicit, {type(self.contact).__name__.lower()} contact, steps at {self.safety:g} of the stable one; a "
+            f"stage lasts {self.waves:g} wave crossings of the blank{damped}; springback runs implicitly"
+        )
 
     def of(self, stage):
         """The method that runs a stage."""

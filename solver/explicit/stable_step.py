@@ -32,7 +32,7 @@ class StableStep:
         # The same elasticity, but it never yields.
         endless = 1e3 * material.young
         self.elastic = Material(material.young, material.poisson, VonMises(), lambda ep: endless + 0.0 * ep, "elastic")
-        self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume))
+        self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), tangents=False)
         self.slot_force = np.empty((*elements.slots.shape, 3))
         self.vector = None
         self.noise = np.random.default_rng(0)

@@ -37,12 +37,13 @@ class March(NamedTuple):
 
 class Accepted(NamedTuple):
     """An increment that converged: the march after it, how Newton went, cut-backs before it, and the work of
-    everything in it, {name: mJ}."""
+    everything in it, {name: mJ}; notes: none."""
 
     march: March
     outcome: Outcome
     n_cut_backs: int
     work: dict
+    notes: tuple = ()
 
 
 def widths(stage, sheet, increments):

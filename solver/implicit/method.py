@@ -52,6 +52,11 @@ class Implicit:
     stick: float = 0.03
     skin: float = 3e-3
     penetration: float = 1e-3
+    needs_tangents = True
+
+    def describe(self):
+        """One line for the plan."""
+        return f"implicit, Newton to a residual of {self.newton.residual:g} of the forces in play"
 
     def of(self, stage):
         """The method that runs a stage."""

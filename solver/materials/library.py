@@ -30,6 +30,7 @@ class Sheet:
     grade: str
 
 
+ALUMINIUM = 2.7e-9  # density, tonne/mm^3
 SHEETS = {
     "numisheet93-steel": Sheet(
         lambda name: Material(206000.0, 0.3, Hill48(1.79, 1.51, 2.27), Swift(565.32, 0.007117, 0.2589), name),
@@ -38,7 +39,9 @@ SHEETS = {
         "thickness, E, nu and r-values P (r confirmed by the printed ratios R22, R33, R12); Swift curve M 90%",
     ),
     "numisheet93-aluminium": Sheet(
-        lambda name: Material(71000.0, 0.33, Hill48(0.71, 0.58, 0.70), Swift(576.79, 0.01658, 0.3593), name),
+        lambda name: Material(
+            71000.0, 0.33, Hill48(0.71, 0.58, 0.70), Swift(576.79, 0.01658, 0.3593), name, density=ALUMINIUM
+        ),
         0.81,
         "NUMISHEET'93 aluminium alloy: DEFORM-3D manual",
         "thickness P; E P/M (70 to 71 GPa); nu M (0.3 P is published too); Swift curve M 85%; r-values M 80%",
@@ -56,7 +59,7 @@ SHEETS = {
         "E, nu, 510 e^(1/4.76) and the yield stress 170 MPa P; e0 C, from the two of them",
     ),
     "osu-formability": Sheet(
-        lambda name: Material(69004.0, 0.3, VonMises(), Swift(589.0, 1e-4, 0.216), name),
+        lambda name: Material(69004.0, 0.3, VonMises(), Swift(589.0, 1e-4, 0.216), name, density=ALUMINIUM),
         1.0,
         "OSU hemispherical punch benchmark: Lee, Wagoner and Nakamachi 1990",
         "M 75%",
@@ -68,6 +71,7 @@ SHEETS = {
             Yld2000.fit(s0=1.0, s45=0.8114, s90=0.9102, sb=1.035, r0=0.2115, r45=1.5769, r90=0.6923, rb=0.67, a=8.0),
             Swift(646.0, 0.025, 0.227),
             name,
+            density=ALUMINIUM,
         ),
         1.6,
         "AA2090-T3: yield stresses and r-values from github.com/stefanSCS/SHYqp (Poly6); Barlat et al., IJP 19 (2003)",

@@ -102,6 +102,20 @@ def test_options_of_the_method_reach_it():
     assert method.penetration == solver.Implicit().penetration
 
 
+def test_the_method_and_its_options_are_chosen_in_the_file():
+    import solver
+
+    data = cup(method="explicit", explicit={"waves": 20, "contact": "touch"}, implicit={"penalty": 2.0})
+    keys = check(data | {"material": data["material"] | {"density": "2700 kg/m^3"}}, "s.toml")
+    method = SceneFile(Path("s.toml"), keys).method
+    assert isinstance(method, solver.Explicit) and isinstance(method.contact, solver.Touch)
+    assert (method.waves, method.springback.penalty, method.safety) == (20.0, 2.0, solver.Explicit().safety)
+    assert keys.material.build().density == pytest.approx(2.7e-9)
+    assert check(cup(), "s.toml").material.build().density == pytest.approx(7.85e-9)
+    with pytest.raises(SceneFileError, match="explicit safety: found 2.0, expected above 0 to 1"):
+        _ = SceneFile(Path("s.toml"), check(cup(method="explicit", explicit={"safety": 2.0}), "s.toml")).method
+
+
 @pytest.mark.parametrize(
     "changes, line",
     [

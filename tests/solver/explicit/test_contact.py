@@ -50,7 +50,7 @@ def slide(law, mu, speed, pull=0.0, dt=1e-3, steps=400):
         distance = (u if law == PENALTY else u_new)[:, 2].copy()
         meet_tool(
             law, parameter, near, distance, np.array([[0.0, 0.0, 1.0]]), half, mass, free, mu, rest, dt, dt, v, u_new,
-            v_new, gap, force, normal, tau, status,
+            v_new, gap, force, normal, tau, status, np.zeros(1),
         )  # fmt: skip
         u, u_new, v, v_new = u_new, u, v_new, v
         yield u[0].copy(), v[0].copy(), force[0], tau[0].copy()
@@ -88,10 +88,11 @@ def test_a_node_lands_on_the_plane_and_its_impulse_is_its_momentum(law):
     u, v = np.array([[0.0, 0.0, 0.05]]), np.array([[0.0, 0.0, -1.0]])
     u_new, v_new = u + dt * v, v.copy()
     gap, force, tau, status = np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
+    lost = np.zeros(1)
     meet_tool(
         law, 1.0, np.zeros(1, dtype=np.int64), u_new[:, 2].copy(), np.array([[0.0, 0.0, 1.0]]), np.zeros(1),
         np.array([mass]), np.ones((1, 3)), 0.0, np.zeros(3), dt, dt, v, u_new, v_new, gap, force, np.zeros((1, 3)), tau,
-        status,
+        status, lost,
     )  # fmt: skip
     assert force[0] * dt == pytest.approx(mass * (v_new[0, 2] - v[0, 2]))
     if law == KINEMATIC:
@@ -99,3 +100,4 @@ def test_a_node_lands_on_the_plane_and_its_impulse_is_its_momentum(law):
     else:
         # Half the step down, half of it up again, without loss.
         assert u_new[0, 2] == pytest.approx(0.05) and v_new[0, 2] == pytest.approx(1.0)
+        assert lost[0] == 0.0
