@@ -120,21 +120,19 @@ class Results:
                 f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
                 f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle; use a shell"
             )
-<<<<<<< HEAD
-        snapping = np.array(self.history["damped"]) > 0.0
+        snapping = np.array(self.history.get("damped", np.zeros(len(stroke)))) > 0.0
         if snapping.any():
-            share = 100.0 * self.energy.get("damping", 0.0) / max(abs(self.energy.get("external", 0.0)), 1e-300)
+            lost = self.energy.get("damping", 0.0) / max(abs(self.energy.get("external", 0.0)), 1e-300)
             found.append(
-                f"from {stroke[snapping][0]:.3g} mm on, the sheet snaps: {np.count_nonzero(snapping)} increments were damped, "
-                f"which took {share:.2g} % of the work"
-=======
+                f"from {stroke[snapping][0]:.3g} mm on, the sheet snaps: {np.count_nonzero(snapping)} increments were "
+                f"damped, which took {100 * lost:.2g} % of the work"
+            )
         kinetic = np.array(self.history.get("kinetic_share", np.zeros(len(stroke))))
         moving = (kinetic > LARGEST_KINETIC_SHARE) & (stroke > SET_OUT * stroke[-1])
         if moving.any():
             found.append(
                 f"until {stroke[moving][-1]:.3g} mm, kinetic energy is more than {100 * LARGEST_KINETIC_SHARE:.0f} % "
                 "of the sheet's: forces there are those of a fast tool; give Explicit more waves"
->>>>>>> h3-expl
             )
         thickest = np.array(self.history["thickness_max"])
         growth = thickest - np.array(self.history["thickness_min"]) / (1.0 - np.array(self.history["thinning_max"]))

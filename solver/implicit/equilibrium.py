@@ -86,18 +86,20 @@ class Equilibrium:
         self.sheet.elements.begin(old.sheet, new.sheet, self.sheet.blank.material, self.method)
 
     def follow_tools(self, old, new):
-        """Put the predicted nodes that touch a tool of prescribed motion back to the gap they had: along its exact
-        curvature, and with the thickness of now."""
+        """Put predicted nodes on the tools of prescribed motion, along the exact curvature and with the thickness of
+        now: those that touch back to the gap they had, others that would overlap onto the skin."""
+        touching = np.any([contact.touching for contact in old.tools.values()], axis=0)
         for run in self.tools:
             before = old.tools[run.tool.name]
-            nodes = np.flatnonzero(before.touching)
-            if run.load > 0.0 or not len(nodes):
+            if run.load > 0.0:
                 continue
-            place = new.sheet.x[nodes] - new.tools[run.tool.name].travel * run.axis
-            hit = run.tool.surface.project(place, run.neighbourhood.seeds(nodes))
-            gap = np.min([np.where(foot.status != OPEN, foot.gap, np.inf)[nodes] for foot in before.feet], axis=0)
-            lift = (self.half_thickness[nodes] + gap - hit.distance)[:, None] * hit.normal
-            new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, lift)
+            place = new.sheet.x - new.tools[run.tool.name].travel * run.axis
+            held = before.touching
+            nodes, hit = run.neighbourhood.project(place, np.where(held, np.inf, self.half_thickness))
+            gap = hit.distance - self.half_thickness[nodes]
+            kept = np.min([np.where(foot.status != OPEN, foot.gap, np.inf)[nodes] for foot in before.feet], axis=0)
+            wanted = np.where(held[nodes], kept, np.where(touching[nodes], gap, np.maximum(gap, 0.0)))
+            new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, (wanted - gap)[:, None] * hit.normal)
 
     def evaluate(self, old, new, fraction, first=False):
         """Fill new from its positions and tool travels at a fraction of the stage. Returns the residuals: unknowns

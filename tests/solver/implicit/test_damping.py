@@ -1,4 +1,4 @@
-"""A shallow roof under a dead load beyond its limit point: damped increments carry it to the equilibrium on the far side."""
+"""A shallow roof under a dead load beyond its limit point: damped increments carry it to the far side."""
 
 from dataclasses import replace
 
