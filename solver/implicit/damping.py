@@ -1,7 +1,7 @@
 """Past a limit point: damped increments, the last resort.
 
-Where a sheet snaps, such as a flange that buckles under a light blank-holder, no equilibrium lies near the last one and no
-increment is small enough. There every node is given a resistance c A du to its movement du over an increment, A its
+Where a sheet snaps, such as a flange that buckles under a light blank-holder, no equilibrium lies near the last one and
+no increment is small enough. There every node is given a resistance c A du to its movement du over an increment, A its
 tributary area: one step of implicit Euler in viscous motion, which has a solution where c is large enough. One such
 step goes on with the stroke; more at the same stroke let the resistance fade until equilibrium holds without any.
 What they dissipate stands in the energies, and the run says at which stroke they were needed.
@@ -11,7 +11,7 @@ RESORT = 0.03  # cuts of an increment below this part of the stage's first one a
 STIFFEST = 1e4  # times the first resistance
 FADE, FIRM = 0.1, 10.0  # factors of the resistance after a step that converged, or did not
 FADED = 1e-4  # of the first resistance: the next step does without
-PATIENCE = 100  # damped increments in a row
+PATIENCE = 40  # damped increments in a row
 
 
 def first_resistance(sheet):

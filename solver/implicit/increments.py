@@ -23,8 +23,8 @@ class March(NamedTuple):
     """Where a stage stands. fraction : of the stage, 0..1; before that, -1..0, what the last stage left unbalanced is
     relieved; width : of the next increment; rate : (n + k, 3) and rates {tool: mm}, movement per fraction of the last
     increment, for the prediction; placed : {tool: (travel at the stage's start [mm], sign of the axis that leads to
-    the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known; damping : resistance in the
-    next increment [N/mm^3], None where it has none (damping.py)."""
+    the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known; damping : resistance in
+    the next increment [N/mm^3], None where it has none (damping.py)."""
 
     fraction: float
     width: float

@@ -18,15 +18,16 @@ def pushed(**loads):
 
 
 def test_a_roof_snaps_through_and_settles_in_equilibrium():
-    limit = max(share for _, share in ROOF.curve[:5])
+    share, fallen = np.array(ROOF.curve).T
+    limit = share[fallen < 15.0].max()
     load = 1.2 * limit
     snapped = pushed(forces={"A": (0.0, 0.0, -FULL * load)})
     frames = snapped.frames
     tip = int(np.argmin(frames[-1].points[:, 2] - frames[0].points[:, 2]))
     fall = frames[0].points[tip, 2] - frames[-1].points[tip, 2]
     # The published curve has this load on its last, rising branch; the mesh is the coarsest of the benchmark.
-    (w0, p0), (w1, p1) = ROOF.curve[-2:]
-    assert fall == pytest.approx(w0 + (load - p0) / (p1 - p0) * (w1 - w0), rel=0.05)
+    far = fallen > 20.0
+    assert fall == pytest.approx(np.interp(load, share[far], fallen[far]), rel=0.05)
     # The same place reached by pushing the node there holds the same force: the damping has faded.
     held = pushed(moved={"A": (None, None, -fall)})
     assert -held.history["reaction_A_z"][-1] == pytest.approx(FULL * load, rel=1e-3)
