@@ -58,8 +58,8 @@ def pull(material, strains, dt=None, old=None):
 
 
 def tangent_errors(material, scale, n=200, seed=0, dt=None):
-    """Error of dS/dE against differences of fourth order, relative to its largest entry, (n,), at random states with a random
-    history behind them."""
+    """Error of dS/dE against differences of fourth order, relative to its largest entry, (n,), at random states with a
+    random history behind them."""
     rng = np.random.default_rng(seed)
     at, old, new, near = (material.new_state(n) for _ in range(4))
     y = scale * rng.uniform(-1, 1, (n, 3))
