@@ -193,7 +193,7 @@ def elements(*, as_json: Json = False):
     """Time per element and step of membranes and shells, and with each material law, ns on one core."""
     from .bench_elements import HEADER, LAW_HEADER, law_line, law_rows, line_of, rows
 
-    say("the laws' kernels are compiled the first time: about two minutes")
+    say("the first time, the kernels of every law are compiled for a minute or two")
     found, laws = rows(), law_rows()
     if as_json:
         print_json({"elements": found, "laws": laws})
