@@ -32,7 +32,7 @@ def test_the_exact_value_in_the_middle_of_a_long_bend_is_that_of_the_table():
 
 
 def test_straight_out():
-    """Every increment but those in which a node leaves the blank-holder and the others take over its share."""
+    """2 mu F_B while the strip slides; a single increment may fall short of it."""
     travel, force, results = strip.pull_out(3.0, "exact", "out")
     assert results.finished
     assert np.median(force) == pytest.approx(1000.0, rel=1e-4)
