@@ -46,7 +46,7 @@ def build_surface(name, tool, parts, folder):
     if tool.mesh is not None:
         from cadlink import FacetSurface
 
-        surface = FacetSurface.read(folder / tool.mesh, tool.surface or "nodal")
+        surface = FacetSurface.read(folder / tool.mesh, tool.surface or "nodal", crease=tool.crease)
     else:
         surface = parts[tool.part or name].facets(tool.chord, normals=tool.surface, faces=tool.faces)
     return shifted(surface, offset, flip)

@@ -225,6 +225,8 @@ def _surface(place, tool):
         if tool.surface == "exact":
             yield f"{place}.surface", 'found "exact", expected "nagata", "nodal" or "element" for a mesh file'
         return
+    if tool.crease is not None:
+        yield f"{place}.crease", "found without mesh, expected it beside a mesh file: a part knows its own edges"
     faceted = tool.surface not in (None, "exact")
     if faceted and tool.chord is None:
         yield f"{place}.chord", "missing, expected a length in mm such as 0.1: how far facets may be from the faces"

@@ -83,7 +83,7 @@ Travel = Annotated[float, Quantity("a travel", "mm")]
 DUTIES = ("travel", "force", "gap")
 
 
-SURFACE_KEYS = ("part", "mesh", "surface", "chord", "faces", "offset", "flip")  # what a stage cannot change
+SURFACE_KEYS = ("part", "mesh", "surface", "chord", "crease", "faces", "offset", "flip")  # what a stage cannot change
 
 
 def _face(value):
@@ -98,6 +98,7 @@ class Tool(Table):
     part : its name in the CAD file, by default the table's; mesh : a mesh file (STL, OBJ, ..) in its place
     surface : exact faces, or facets: Nagata patches, flat ones with averaged nodal normals, with their own
     chord : mm, largest distance of the facets from the faces they stand for
+    crease : degrees; facets of a mesh file that meet at a larger angle keep the edge between them
     faces : only these faces of the part, by number, name or colour; offset : mm, clearance, out of the material;
     flip : the material is on the other side
     """
@@ -106,6 +107,7 @@ class Tool(Table):
     mesh: Name | None = None
     surface: Literal["exact", "nagata", "nodal", "element"] | None = None
     chord: PositiveLength | None = None
+    crease: Number | None = None
     faces: list[Annotated[int | str, BeforeValidator(_face)]] | None = None
     offset: Length | None = None
     flip: bool | None = None

@@ -18,7 +18,11 @@ AXES = "xyz"
 
 
 class Surface(Protocol):
-    """A rigid skin a point can be projected on: `cadlink.ToolSurface`, or anything with its call."""
+    """A rigid skin a point can be projected on: `cadlink.ToolSurface`, or anything with its call.
+
+    A surface that also has `tightest` (radius of its tightest hollow, mm) and `feet` (further feet of a point) is
+    touched in several places by a node that its corners hold.
+    """
 
     def project(self, points: np.ndarray, seed: Any = None) -> Any:
         """Closest points. points : (n, 3) mm. Returns distance (n,), point (n, 3), normal (n, 3),

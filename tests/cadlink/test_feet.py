@@ -117,7 +117,7 @@ CORNERS = {
     "blunt groove": (v_groove(150.0), (0.0, 5.0, 0.4), 0.7),
     "three planes": (inner_corner(), (0.4, 0.4, 0.4), 0.9),
     "step": (step_up(), (-0.4, 5.0, 0.4), 0.9),
-    "notch and spike": (shapes.star_vertex(), (-5.0, 2.6, 4.5), 1.5),
+    "notch and spike": (shapes.star_vertex(), (-5.0, 3.2, 4.7), 1.5),
     "B-spline valley": (valley(), (0.0, 5.0, -2.0), 3.5),
     "pin on a plate": (pin(), (5.5, 0.0, 0.5), 0.9),
     "mirrored L": (shapes.mirrored(shapes.l_profile(0.3)), (3.6, 3.0, 2.4), 0.7),

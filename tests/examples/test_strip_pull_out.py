@@ -6,8 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver import Shell
-
 SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "strip_pull_out" / "strip.py"
 spec = importlib.util.spec_from_file_location("strip", SCRIPT)
 strip = importlib.util.module_from_spec(spec)
@@ -15,9 +13,9 @@ spec.loader.exec_module(strip)
 START = 2.0 * strip.SIZE
 
 
-def compared(count, kind, element=None):
+def compared(count, kind):
     """Mean relative to the exact mean of a strip of elements, ripple relative to its ripple."""
-    travel, force, results = strip.pull_out(count, kind, element=element)
+    travel, force, results = strip.pull_out(count, kind)
     assert results.finished
     mean, ripple = strip.mean_and_ripple(travel, force, START)
     exact, exact_ripple = strip.mean_and_ripple(travel, strip.exact_forces(travel, count), START)
@@ -34,7 +32,7 @@ def test_the_exact_value_in_the_middle_of_a_long_bend_is_that_of_the_table():
 
 
 def test_straight_out():
-    """Every increment but those in which a node leaves the blank-holder and the others take over its share."""
+    """2 mu F_B while the strip slides; a single increment may fall short of it."""
     travel, force, results = strip.pull_out(3.0, "exact", "out")
     assert results.finished
     assert np.median(force) == pytest.approx(1000.0, rel=1e-4)
@@ -59,10 +57,3 @@ def test_every_surface(count):
     assert found["nagata"][0] == pytest.approx(1.0, abs=5e-3)
     assert found["exact"][1] == pytest.approx(1.0, abs=0.1)
     assert found["element"][1] > 1.2 * found["exact"][1]
-
-
-@pytest.mark.slow
-def test_a_thin_shell_adds_its_bending():
-    """Elastic bending and unbending cost nothing; what a shell changes is the polygon, towards the smooth bend."""
-    mean, _, _ = compared(6.0, "exact", Shell(3))
-    assert mean == pytest.approx(1.0, abs=0.05)

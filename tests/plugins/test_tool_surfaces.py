@@ -88,7 +88,20 @@ def test_a_mesh_file_needs_no_cad(folder, kind):
     assert len(points) and len(cells)
 
 
+def test_a_crease_angle_for_a_mesh_file(folder):
+    """Facets that keep all their edges have the normals of elements; others share them at their nodes."""
+    flat = surface_of(folder, 'mesh = "ball.stl"\nsurface = "element"').project(POINTS).normal
+    apart = []
+    for angle in (1e-6, 60):
+        surface = surface_of(folder, f'mesh = "ball.stl"\ncrease = {angle}')
+        assert surface.crease == angle
+        apart.append(np.abs(surface.project(POINTS).normal - flat).max())
+    assert apart[0] < 1e-6 and apart[1] > 1e-3
+
+
 WRONG = [
+    ('mesh = "ball.stl"\ncrease = 200', "tools.BALL: .*ball.stl: facets: crease 200.0, expected an angle in degrees"),
+    ("NAME\ncrease = 30", "tools.BALL.crease: found without mesh"),
     ('NAME\nsurface = "nagata"', "tools.BALL.chord: missing, expected a length in mm such as 0.1"),
     ("NAME\nchord = 0.1", "tools.BALL.chord: found without facets"),
     (

@@ -5,9 +5,14 @@ import pytest
 
 from cadlink.feet import Feet
 from solver import Blank, Coulomb, Implicit, Material, Membrane, PlanarHill, Scene, Shell, Stage, Swift, Tool, form
+from solver.checkpoint import load_checkpoint, save_checkpoint
 from solver.contact.feet import feet_per_node, places
 from solver.contact.search import Neighbourhood
+from solver.energy import Energy
+from solver.form import first_state
 from solver.implicit.equilibrium import Equilibrium, ToolRun
+from solver.implicit.increments import March
+from solver.results import Results
 from solver.sheet import build_sheet
 from solver.state import State, new_contact, new_sheet
 from tests.cadlink import shapes
@@ -229,3 +234,21 @@ def test_a_corner_of_a_sheet_pushed_into_three_planes():
     assert results.finished
     gaps = results.frames[-1].points[0] - 0.5 * T
     assert np.abs(gaps).max() < Implicit().skin * T
+
+
+def test_further_feet_survive_a_checkpoint(tmp_path):
+    scene = stop(0.3, Membrane())
+    sheet = build_sheet(scene.blank)
+    first, second = (first_state(scene, sheet) for _ in range(2))
+    rng = np.random.default_rng(0)
+    for foot in first.tools["DIE"].feet:
+        foot.friction_force[:] = rng.standard_normal(foot.friction_force.shape)
+        foot.status[:] = rng.integers(0, 3, len(foot.status))
+    place = March(0.5, 0.1, np.zeros(sheet.held.shape), {"DIE": 0.0}, {"DIE": (0.0, 0.0)})
+    save_checkpoint(tmp_path / "here.h5", scene, (0, place), first, Results(None), Energy(sheet))
+    load_checkpoint(tmp_path / "here.h5", scene, second, Results(None), Energy(sheet))
+    third = first_state(scene, sheet)
+    third.copy_from(first)
+    for mine, loaded, copied in zip(*(state.tools["DIE"].feet for state in (first, second, third))):
+        for name, values in mine.arrays().items():
+            assert np.array_equal(values, loaded.arrays()[name]) and np.array_equal(values, copied.arrays()[name])
