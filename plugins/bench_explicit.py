@@ -31,7 +31,7 @@ RATE, WARM = 5e-4, 10  # strain of a step, and steps until the points flow
 def rows(largest=100_000):
     """Rows of element, triangles, threads, ns per triangle and step, its parts, bytes per triangle."""
     threads = numba.get_num_threads()
-    most = min(2, numba.config.NUMBA_NUM_THREADS)
+    most = min(2, threads)
     try:
         return [
             time_sheet(name, element, size, n_threads)
