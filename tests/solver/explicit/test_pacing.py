@@ -23,7 +23,7 @@ def test_the_way_is_smooth_and_its_time_is_found_back(ramp):
     for fraction in (1e-6, 0.1, 0.5, 0.987):
         assert pacing.fraction(pacing.time(fraction)) == pytest.approx(fraction, rel=1e-12)
     assert pacing.time(-0.5) == -0.25
-    assert (pacing.readiness(-0.5), pacing.readiness(-0.25), pacing.readiness(0.1)) == (0.0, 0.5, 1.0)
+    assert [pacing.readiness(t) for t in (-0.5, -0.25, 0.1)] == pytest.approx([0.0, 0.5, 1.0])
 
 
 def test_a_stage_lasts_a_number_of_waves_whatever_the_density():
