@@ -31,7 +31,7 @@ RATE, WARM = 5e-4, 10  # strain of a step, and steps until the points flow
 def rows(largest=100_000):
     """Rows of element, triangles, threads, ns per triangle and step, its parts, bytes per triangle."""
     threads = numba.get_num_threads()
-    most = min(2, numba.config.NUMBA_NUM_THREADS)
+    most = min(2, threads)
     try:
         return [
             time_sheet(name, element, size, n_threads)
@@ -116,8 +116,8 @@ def copy_speed():
     return 2.0 * source.nbytes / min(times)
 
 
-def cup_shares(size=5.0, travel=20.0):
-    """The square cup in steel, explicitly to a depth: steps, and the share of contact in their CPU time."""
+def cup_shares(size=2.5, travel=20.0, waves=4.0):
+    """The square cup in steel, explicitly and fast, to a depth: steps, and the share of contact in their CPU time."""
     from solver.explicit.contact import ToolContact
 
     scene = cup(size, travel)
@@ -140,7 +140,7 @@ def cup_shares(size=5.0, travel=20.0):
         solver.form(cup(size, 0.1), solver.Explicit(waves=0.1), frames=1)  # compiles
         ToolContact.meet, ToolContact.work = timed(meet, "contact"), timed(add, "contact")
         Dynamics.step = timed(step, "step")
-        results = solver.form(scene, solver.Explicit(), frames=1)
+        results = solver.form(scene, solver.Explicit(waves=waves), frames=1)
     finally:
         ToolContact.meet, ToolContact.work, Dynamics.step = meet, add, step
         numba.set_num_threads(threads)

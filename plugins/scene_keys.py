@@ -172,12 +172,16 @@ def _options(description):
 ImplicitOptions = _options(Implicit())
 CONTACTS = {"kinematic": Kinematic, "touch": Touch, "penalty": Penalty}
 NUMBERS = [item.name for item in fields(Explicit) if isinstance(getattr(Explicit(), item.name), float)]
-ExplicitOptions = create_model(
-    "ExplicitOptions",
-    __base__=Table,
-    contact=(Literal["kinematic", "touch", "penalty"], "kinematic"),
-    **{name: (Coefficient, getattr(Explicit(), name)) for name in NUMBERS},
-)
+
+
+def _explicit_options():
+    """Table with the numbers of an Explicit, and its contact by name."""
+    made: dict = {name: (Coefficient, getattr(Explicit(), name)) for name in NUMBERS}
+    made["contact"] = (Literal["kinematic", "touch", "penalty"], "kinematic")
+    return create_model("ExplicitOptions", __base__=Table, **made)
+
+
+ExplicitOptions = _explicit_options()
 
 
 def as_implicit(options):

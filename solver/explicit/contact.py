@@ -259,6 +259,8 @@ class ToolContact:
         far = np.ones(len(half_thickness), dtype=bool)
         far[self.near] = False
         contact.gap[far] = (self.run.neighbourhood.distance - half_thickness)[far]
+        if self.law == KINEMATIC:
+            contact.gap[contact.status != OPEN] = 0.0
         contact.multiplier[:] = contact.normal_force
 
 

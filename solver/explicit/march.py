@@ -26,6 +26,7 @@ log = logging.getLogger("cadlink")
 RECORDS = 200  # of a stage, about
 LOOKS = 50  # at the stable step in a stage
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
+CREEP = 1e-3  # change of the step from one to the next
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
 HISTORY = ("strain", "plastic", "equivalent", "history", "stress")
 
@@ -80,9 +81,12 @@ class Dynamics:
         self.stable = StableStep(sheet, self.mass, self.fixed)
         self.thickness, self.half = sheet.thickness(state.sheet.thickness_strain), np.empty(n)
         self.gather_half()
+        elements.begin(state.sheet, state.sheet, material, method)
         self.limit = method.safety * self.stable.limit(state.sheet)
         self.wave, self.shrunk = self.fastest(), 1.0
         self.loads = Loads(sheet, stage)
+        self.has_loads = bool(stage.pressure or stage.forces or stage.moments)
+        state.sheet.external[:] = 0.0
         free = (~self.fixed[:n]).astype(float)
         law, inertia = law_of(method.contact, self.limit), TOOL_MASS * float(self.mass[:n].sum())
         self.tools = [
@@ -131,6 +135,15 @@ class Dynamics:
         residual[self.fixed] = 0.0
         return residual
 
+    def relieve(self, forces):
+        """Let these forces (n + k, 3) [N] of the stage before fade over the preparation; whether there are any."""
+        material = self.sheet.blank.material
+        floor = 1e-3 * material.initial_yield_stress * self.sheet.blank.thickness * self.sheet.size
+        there = bool(np.linalg.norm(forces) > NEGLIGIBLE * floor)
+        if there:
+            self.loads.relief, self.has_loads = forces, True
+        return there
+
     def notes(self, left):
         """What this stage chose by itself. left : its time still to go [s]"""
         name, count = self.stage.name, left / self.limit
@@ -151,7 +164,7 @@ class Dynamics:
         start, end = self.pacing.fraction(time), self.pacing.fraction(time + dt)
         ready = self.pacing.readiness(time)
         if self.has_loads:
-            fraction = start if time >= 0.0 else min(ready, 1.0) - 1.0
+            fraction = start if time >= 0.0 else ready - 1.0
             self.loads.apply(sheet, fraction, self.no_tangents)
         # Tools move, the sheet is predicted and meets them.
         for tool in self.tools:
@@ -213,12 +226,9 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     dynamics = Dynamics(sheet, stage, tools, new, method, begun)
     pacing = dynamics.pacing
     relief = begun.relief if begun.relief is not None else dynamics.unbalanced()
-    floor = 1e-3 * sheet.blank.material.initial_yield_stress * sheet.blank.thickness * sheet.size
-    relieves = bool(np.linalg.norm(relief) > NEGLIGIBLE * floor)
     presses = any(run.load > 0.0 for run in tools)
     place = begun._replace(relief=relief)
-    dynamics.loads.relief = relief if relieves else None
-    dynamics.has_loads = bool(relieves or stage.pressure or stage.forces or stage.moments)
+    relieves = dynamics.relieve(relief)
     if place.fraction == -1.0 and not relieves and not presses:
         place = place._replace(fraction=0.0)
     time = pacing.time(place.fraction)
@@ -234,16 +244,16 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             if time - look > pacing.duration / LOOKS:
                 dynamics.look()
                 look = time
-            before, dt = dt, dynamics.shortest()
-            # Equal steps up to the next stop: a node pinched between tools feels every change of the step.
+            before, dt = dt, min(max(dynamics.shortest(), (1.0 - CREEP) * dt), (1.0 + CREEP) * dt)
+            # Equal steps up to the next stop, and no sudden change: a node pinched between tools would feel it.
             ahead = max(int(np.ceil((target - time) / dt - 1e-6)), 1)
             dt = (target - time) / ahead
             dynamics.step(time, dt, before)
             time = target if ahead == 1 else time + dt
             steps += 1
-            if not np.isfinite(dynamics.kinetic):
+            if not np.isfinite(dynamics.kinetic + dynamics.work["internal"]):
                 raise StepFailed(
-                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: velocities are not numbers after "
+                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: not-a-number velocities or stresses after "
                     f"{dynamics.count} steps of {dt:.2e} s; lower safety below {method.safety:g}"
                 )
         fraction = time / pacing.preparation if time < 0.0 else pacing.fraction(time)

@@ -50,7 +50,7 @@ class StableStep:
             x = self.vector + FRESH * x
             x /= np.linalg.norm(x)
         ax = self._apply(x, state)
-        p = ap = None
+        p = ap = np.zeros_like(x)
         for _ in range(rounds):
             theta = np.vdot(x, ax)
             r = ax - theta * x
@@ -59,14 +59,13 @@ class StableStep:
                 break
             r /= rest
             basis, images = [x, r], [ax, self._apply(r, state)]
-            if p is not None:
-                for q, aq in zip(basis[:2], images[:2], strict=True):
-                    part = np.vdot(q, p)
-                    p, ap = p - part * q, ap - part * aq
-                size = np.linalg.norm(p)
-                if size > 1e-8:
-                    basis.append(p / size)
-                    images.append(ap / size)
+            for q, aq in zip(basis[:2], images[:2], strict=True):
+                part = np.vdot(q, p)
+                p, ap = p - part * q, ap - part * aq
+            size = np.linalg.norm(p)
+            if size > 1e-8:
+                basis.append(p / size)
+                images.append(ap / size)
             small = np.array([[np.vdot(q, aq) for aq in images] for q in basis])
             weight = np.linalg.eigh(0.5 * (small + small.T))[1][:, -1]
             p = sum(w * q for w, q in zip(weight[1:], basis[1:], strict=True))

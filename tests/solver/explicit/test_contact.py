@@ -18,7 +18,7 @@ SPREAD = {0.05: (0.9975, 1.0025), 0.1: (0.9925, 1.0075), 0.2: (0.978, 1.023), 0.
 
 @pytest.mark.parametrize("share", SPREAD)
 def test_penalty_gives_and_takes_energy(share):
-    ratio = first_top(PENALTY, share, phases=400)
+    ratio = first_top(PENALTY, share, phases=100 if share < 0.2 else 300)
     low, high = SPREAD[share]
     assert 1.0 - ratio.min() == pytest.approx(1.0 - low, rel=0.15)
     assert ratio.max() - 1.0 == pytest.approx(high - 1.0, rel=0.15)
@@ -30,7 +30,7 @@ def test_penetration_of_the_penalty():
     assert heights.min() == pytest.approx(-1.410558e-3, rel=1e-4)
 
 
-@pytest.mark.parametrize("share", [0.1, 0.37, 0.95, 7.0])
+@pytest.mark.parametrize("share", [0.5, 0.95, 7.0])
 def test_touch_keeps_the_height_of_a_thousand_bounces(share):
     tops = drop(TOUCH, share * CRITICAL, 1000)[2]
     assert tops == pytest.approx(HEIGHT, rel=1e-9)
