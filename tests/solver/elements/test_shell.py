@@ -188,7 +188,7 @@ def test_slopes_are_unknowns_only_where_four_nodes_do_not_do():
     assert ElasticShell(distorted.points, distorted.cells).elements.n_slopes > 48
 
 
-@pytest.mark.parametrize("fold", [5.0, 60.0, 120.0, 170.0])
+@pytest.mark.parametrize("fold", [5.0, 60.0, 120.0, 150.0])
 def test_a_fold_bends_more_the_more_it_closes(fold):
     # Two equal triangles, altitude 0.5 on the shared side: the slope there is tan(fold/2), seen from either of them.
     points = np.array([[0.5, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [-0.5, 1.0, 0.0]])
