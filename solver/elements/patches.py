@@ -24,7 +24,7 @@ class Patches(NamedTuple):
 
     slots (m, 9): row of the unknown in each slot, -1 where there is none
     gradient (m, 3, 2, 6): mid-side gradient of side i along axis a from patch node I [1/mm]
-    bend (m, 3, 6): minus the second derivatives [11, 22, 2*12] from patch node I [1/mm^2]
+    side (m, 3, 2): outward normal of side i; turn (m, 3, 3): curvature [11, 22, 2*12] from its slope [1/mm]
     edge (m, 3, 3): curvature [11, 22, 2*12] from the slope of side i [1/mm^2 for slopes in mm]
     mirror (m, 3, 3), level (m, 3): unit normal and place of the plane that side i is mirrored at, 0 without
     n_slopes: k
@@ -32,7 +32,8 @@ class Patches(NamedTuple):
 
     slots: np.ndarray
     gradient: np.ndarray
-    bend: np.ndarray
+    side: np.ndarray
+    turn: np.ndarray
     edge: np.ndarray
     mirror: np.ndarray
     level: np.ndarray
@@ -103,7 +104,7 @@ def build_patches(points, membranes, size, planes, clamped):
     # Operators, side by side.
     gradient, edge = np.zeros((m, 3, 2, 6)), np.zeros((m, 3, 3))
     plane = np.einsum("mac,mic->mia", axes[:, :2], points[cells] - points[cells][:, :1])
-    wants_slope = ~inside & ~reflected
+    wants_slope, normal = ~inside & ~reflected, np.empty((m, 3, 2))
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         own = np.zeros((m, 2, 6))
@@ -112,6 +113,7 @@ def build_patches(points, membranes, size, planes, clamped):
         length = np.linalg.norm(side, axis=1)
         t = side / length[:, None]
         nu = np.stack([t[:, 1], -t[:, 0]], axis=1)
+        normal[:, i] = nu
         altitude = 2.0 * area / length
         edge[:, :, i] = -2.0 / altitude[:, None] * np.stack([nu[:, 0] ** 2, nu[:, 1] ** 2, 2 * nu[:, 0] * nu[:, 1]], 1)
         # The apex across, unfolded about the side into the triangle's plane.
@@ -142,19 +144,12 @@ def build_patches(points, membranes, size, planes, clamped):
     # A side inside may look inexact from one triangle by round-off and exact from the other.
     tri, i = np.nonzero(inside & wants_slope)
     wants_slope[tri_across[tri, i], node_across[tri, i]] = True
-    bend = 2.0 * np.stack([
-        np.einsum("mi,miI->mI", linear[:, :, 0], gradient[:, :, 0]),
-        np.einsum("mi,miI->mI", linear[:, :, 1], gradient[:, :, 1]),
-        np.einsum("mi,miI->mI", linear[:, :, 0], gradient[:, :, 1])
-        + np.einsum("mi,miI->mI", linear[:, :, 1], gradient[:, :, 0]),
-    ], axis=1)  # fmt: skip
     # Number the slopes; the triangle of lower number counts a slope positive.
     slope, sign, n_slopes = number_slopes(tri_across, node_across, wants_slope)
+    turn = edge.copy()
     edge *= (sign * wants_slope)[:, None, :] / size
     slots = np.concatenate([cells, apex, np.where(wants_slope, n + slope, -1)], axis=1)
-    return Patches(
-        np.ascontiguousarray(slots, dtype=np.int64), gradient, np.ascontiguousarray(bend), edge, mirror, level, n_slopes
-    )
+    return Patches(np.ascontiguousarray(slots, dtype=np.int64), gradient, normal, turn, edge, mirror, level, n_slopes)
 
 
 def number_slopes(tri_across, node_across, wanted):

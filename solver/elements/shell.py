@@ -1,14 +1,17 @@
 """Shell triangle with translations only: mean-metric membrane, curvature from mid-side gradients, edge slopes
 (theory_shell.md 3 to 5 and 8).
 
-Symbols: x_I patch nodes, I = 0..5; L_I,a linear gradients (I < 3); G^i_aI mid-side gradients; C_vI second-derivative
-operator; Q_vi edge-slope operator; v = 11, 22, 2*12. g^i_a = G^i_aI x_I; h_v = C_vI x_I; n unit normal, a^c dual
-tangent vectors; E membrane Green strain; kappa curvature change (a fibre at z > 0 along n stretches by z kappa);
-lam thickness ratio and A inverse metric, both fixed over the increment; with Z = z lam the strain of a fibre is
-E(Z) = E + Z kappa + Z^2/2 c, c = k A k the third fundamental form of the curvature k (kappa is k less its initial
-value, and c likewise), so that a section bent to a circle has the strain ln(1 + Z k) exactly. J_vw = dc_v/dk_w.
-N, M resultants per unit initial length; beta_vI = C_vI - (h_v . a^c) L_Ic, so that
-d kappa_v = beta_vI n . dx_I + Q_vi dphi_i.
+Symbols: x_I patch nodes, I = 0..5; L_I,a linear gradients (I < 3); G^i_aI mid-side gradients; nu^i outward normal of
+side i and h_i its altitude; v = 11, 22, 2*12. g^i_a = G^i_aI x_I; n unit normal, a^c dual tangent vectors; E membrane
+Green strain; kappa curvature change (a fibre at z > 0 along n stretches by z kappa); lam thickness ratio and A inverse
+metric, both fixed over the increment; with Z = z lam the strain of a fibre is E(Z) = E + Z kappa + Z^2/2 c, c = k A k
+the third fundamental form of the curvature k (kappa is k less its initial value, and c likewise), so that a section
+bent to a circle has the strain ln(1 + Z k) exactly. J_vw = dc_v/dk_w. N, M resultants per unit initial length.
+
+Curvature k_v = T_vi (r_i + phi_i), T_vi = -2/h_i (nu_1^2, nu_2^2, 2 nu_1 nu_2)^i, from the slopes of the sides:
+r = s/f, s = g_nu . n, f = g_nu . a^nu, g_nu = nu_a g_a. Where the surface turns by theta between two equal triangles
+r = tan(theta/2), which grows with any fold; s alone is sin(theta)/2, whose moment vanishes as the fold closes. For
+small turns f = 1, and k_v = C_vI x_I . n of theory_shell.md 3.
 """
 
 from math import sqrt
@@ -64,30 +67,33 @@ def side_gradients(xp, gradient, g):
 
 
 @njit(forceinline=True)
-def second_derivatives(xp, bend, h):
-    """Fills h (3, 3): h_v of one triangle."""
-    for v in range(3):
-        for c in range(3):
-            total = 0.0
-            for k in range(6):
-                total += bend[v, k] * xp[k, c]
-            h[v, c] = total
+def side_slope(g, side, dual, n, away):
+    """Slope tan(theta/2) of the surface across a side, from the plane of the triangle with the duals a^c and normal n.
+
+    g : (2, 3) mid-side gradient; side : (2,) outward normal nu; fills away (3,) = g_nu. Returns s = g_nu . n and
+    f = g_nu . a^nu; the slope is s/f.
+    """
+    s = f = 0.0
+    for c in range(3):
+        away[c] = side[0] * g[0, c] + side[1] * g[1, c]
+        s += away[c] * n[c]
+        f += away[c] * (side[0] * dual[0, c] + side[1] * dual[1, c])
+    return s, f
 
 
 @njit(parallel=True, cache=True)
-def shell_strains(u, slots, linear, gradient, bend, edge, mirror, level, metric, kappa):
+def shell_strains(u, slots, linear, gradient, side, turn, edge, mirror, level, metric, kappa):
     """Mean metric and curvature of every triangle.
 
     u : (n + k, 3) node places, then edge slopes in the first column
     fills metric (m, 3) = C11 C22 C12 and kappa (m, 3) = [11, 22, 2*12] [1/mm]
     """
     for tri in prange(slots.shape[0]):
-        xp, g, h = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
+        xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
         dual, n = np.empty((2, 3)), np.empty(3)
         patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
         surface_frame(xp, linear[tri], dual, n)
         side_gradients(xp, gradient[tri], g)
-        second_derivatives(xp, bend[tri], h)
         m11 = m22 = m12 = 0.0
         for i in range(3):
             for c in range(3):
@@ -96,12 +102,14 @@ def shell_strains(u, slots, linear, gradient, bend, edge, mirror, level, metric,
                 m12 += g[i, 0, c] * g[i, 1, c]
         metric[tri, 0], metric[tri, 1], metric[tri, 2] = m11 / 3.0, m22 / 3.0, m12 / 3.0
         for v in range(3):
-            total = h[v, 0] * n[0] + h[v, 1] * n[1] + h[v, 2] * n[2]
-            for i in range(3):
-                slope = slots[tri, 6 + i]
+            kappa[tri, v] = 0.0
+        for i in range(3):
+            s, f = side_slope(g[i], side[tri, i], dual, n, away[0])
+            slope = slots[tri, 6 + i]
+            for v in range(3):
+                kappa[tri, v] += turn[tri, v, i] * s / f
                 if slope >= 0:
-                    total += edge[tri, v, i] * u[slope, 0]
-            kappa[tri, v] = total
+                    kappa[tri, v] += edge[tri, v, i] * u[slope, 0]
 
 
 @njit(forceinline=True)
@@ -176,39 +184,110 @@ def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
 
 
 @njit(forceinline=True)
-def curvature_variation(h, dual, linear, bend, beta):
-    """Fills beta (3, 6): d kappa_v = beta_vI n . dx_I."""
-    for v in range(3):
-        g1 = h[v, 0] * dual[0, 0] + h[v, 1] * dual[0, 1] + h[v, 2] * dual[0, 2]
-        g2 = h[v, 0] * dual[1, 0] + h[v, 1] * dual[1, 1] + h[v, 2] * dual[1, 2]
-        for k in range(3):
-            beta[v, k] = bend[v, k] - g1 * linear[k, 0] - g2 * linear[k, 1]
-            beta[v, 3 + k] = bend[v, 3 + k]
+def slope_variation(i, g, side, gradient, linear, dual, n, away, dr):
+    """Fills dr (4, 3): derivative of the slope s/f of side i with respect to the triangle's nodes and the apex across.
+    Returns s and f."""
+    s, f = side_slope(g, side, dual, n, away)
+    r = s / f
+    b1 = b2 = d1 = d2 = 0.0
+    for c in range(3):
+        b1 += away[c] * dual[0, c]
+        b2 += away[c] * dual[1, c]
+        up = side[0] * dual[0, c] + side[1] * dual[1, c]
+        d1 += up * dual[0, c]
+        d2 += up * dual[1, c]
+    for k in range(4):
+        patch = k if k < 3 else 3 + i
+        g_k = side[0] * gradient[0, patch] + side[1] * gradient[1, patch]
+        turned = lifted = 0.0
+        if k < 3:
+            turned = b1 * linear[k, 0] + b2 * linear[k, 1]
+            lifted = d1 * linear[k, 0] + d2 * linear[k, 1]
+        for c in range(3):
+            up = side[0] * dual[0, c] + side[1] * dual[1, c]
+            dr[k, c] = ((g_k - turned - r * s * lifted) * n[c] - r * (g_k - turned) * up) / f
+    return s, f
+
+
+@njit(forceinline=True)
+def slope_second(i, side, gradient, linear, dual, n, away, r, f, dr, steps, hessian):
+    """Fills hessian (12, 12): second derivative of a side's slope r = s/f; dr : (4, 3) its first.
+
+    With b_c = g.a^c, up = a^nu: d2r = (d2s - r d2f - dr df - df dr)/f,
+    d2s = 2 dg.dn - s dn.dn - 2 b_c dn.da_c, d2f = 2 dg.dup - 2 b_c dup.da_c + s (2 a^{nu c} dn.da_c - 2 dup.dn), with
+    n.d2n = -dn.dn and a_c.d2n = -2 dn.da_c from n.n = 1 and n.a_c = 0, and likewise for the dual vectors.
+    steps : (3, 3, 12) room for dn, d(up) and dg - b_c da_c, up = a^nu
+    """
+    dn, dup, dg = steps[0], steps[1], steps[2]
+    b1 = b2 = d1 = d2 = 0.0
+    s = r * f
+    for c in range(3):
+        b1 += away[c] * dual[0, c]
+        b2 += away[c] * dual[1, c]
+        up = side[0] * dual[0, c] + side[1] * dual[1, c]
+        d1 += up * dual[0, c]
+        d2 += up * dual[1, c]
+    for k in range(4):
+        patch = k if k < 3 else 3 + i
+        l1, l2 = (linear[k, 0], linear[k, 1]) if k < 3 else (0.0, 0.0)
+        free = side[0] * gradient[0, patch] + side[1] * gradient[1, patch] - b1 * l1 - b2 * l2
+        for e in range(3):
+            up_e = side[0] * dual[0, e] + side[1] * dual[1, e]
+            for c in range(3):
+                tilt = dual[0, c] * l1 + dual[1, c] * l2
+                dn[c, 3 * k + e] = -tilt * n[e]
+                dup[c, 3 * k + e] = -tilt * up_e + (d1 * l1 + d2 * l2) * n[c] * n[e]
+                dg[c, 3 * k + e] = free if c == e else 0.0
+    for p in range(12):
+        kp, ep = p // 3, p % 3
+        lift_p = d1 * linear[kp, 0] + d2 * linear[kp, 1] if kp < 3 else 0.0
+        for q in range(p, 12):
+            kq, eq = q // 3, q % 3
+            lift_q = d1 * linear[kq, 0] + d2 * linear[kq, 1] if kq < 3 else 0.0
+            second_s = second_f = 0.0
+            for c in range(3):
+                second_s += dg[c, p] * dn[c, q] + dg[c, q] * dn[c, p] - s * dn[c, p] * dn[c, q]
+                second_f += dg[c, p] * dup[c, q] + dg[c, q] * dup[c, p]
+                second_f -= s * (dup[c, p] * dn[c, q] + dup[c, q] * dn[c, p])
+            second_f += s * (dn[eq, p] * lift_q + dn[ep, q] * lift_p)
+            hessian[p, q] = second_s - r * second_f
+    # First derivative of f.
+    df = np.empty(12)
+    for k in range(4):
+        l1, l2 = (linear[k, 0], linear[k, 1]) if k < 3 else (0.0, 0.0)
+        for e in range(3):
+            up_e = side[0] * dual[0, e] + side[1] * dual[1, e]
+            df[3 * k + e] = dg[e, 3 * k + e] * up_e + s * (d1 * l1 + d2 * l2) * n[e]
+    for p in range(12):
+        for q in range(p, 12):
+            cross = dr[p // 3, p % 3] * df[q] + dr[q // 3, q % 3] * df[p]
+            hessian[p, q] = (hessian[p, q] - cross) / f
 
 
 @njit(parallel=True, cache=True)
-def shell_forces(u, slots, linear, area, gradient, bend, edge, mirror, level, result, force):
+def shell_forces(u, slots, linear, area, gradient, side, turn, edge, mirror, level, result, force):
     """Fills force (m, 9, 3): forces of every triangle on its slots [N]; of an edge slope the first column.
 
     result : (m, 6) resultants
     """
     for tri in prange(slots.shape[0]):
-        xp, g, h = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
-        dual, n, beta = np.empty((2, 3)), np.empty(3), np.empty((3, 6))
+        xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
+        dual, n, dr = np.empty((2, 3)), np.empty(3), np.empty((4, 3))
         patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
         surface_frame(xp, linear[tri], dual, n)
         side_gradients(xp, gradient[tri], g)
-        second_derivatives(xp, bend[tri], h)
-        curvature_variation(h, dual, linear[tri], bend[tri], beta)
         r = result[tri]
         third = area[tri] / 3.0
         for k in range(6):
-            moment = area[tri] * (r[3] * beta[0, k] + r[4] * beta[1, k] + r[5] * beta[2, k])
             for c in range(3):
-                force[tri, k, c] = moment * n[c]
+                force[tri, k, c] = 0.0
         for i in range(3):
+            slope_variation(i, g[i], side[tri, i], gradient[tri, i], linear[tri], dual, n, away[0], dr)
+            moment = r[3] * turn[tri, 0, i] + r[4] * turn[tri, 1, i] + r[5] * turn[tri, 2, i]
             for a in range(4):
                 k = a if a < 3 else 3 + i
+                for c in range(3):
+                    force[tri, k, c] += area[tri] * moment * dr[a, c]
                 w1 = third * (r[0] * gradient[tri, i, 0, k] + r[2] * gradient[tri, i, 1, k])
                 w2 = third * (r[1] * gradient[tri, i, 1, k] + r[2] * gradient[tri, i, 0, k])
                 for c in range(3):
@@ -269,7 +348,7 @@ def section_stiffness(s, ds_de, first, k, a, height, weight, stretch, thickness,
 
 @njit(parallel=True, cache=True)
 def shell_stiffnesses(
-    u, slots, linear, area, gradient, bend, edge, mirror, level, kappa, inverse, result, s, ds_de, height, weight,
+    u, slots, linear, area, gradient, side, turn, edge, mirror, level, kappa, inverse, result, s, ds_de, height, weight,
     stretch, thickness, stiffness,
 ):  # fmt: skip
     """Fills stiffness (m, 21, 21): derivative of the forces [N/mm]; unknowns 3 I + c for patch node I, 18 + i for the
@@ -280,15 +359,15 @@ def shell_stiffnesses(
     """
     n_layers = height.shape[0]
     for tri in prange(slots.shape[0]):
-        xp, g, h = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
-        dual, n, beta = np.empty((2, 3)), np.empty(3), np.empty((3, 6))
+        xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
+        dual, n, dr = np.empty((2, 3)), np.empty(3), np.empty((3, 4, 3))
+        hessian, steps = np.empty((12, 12)), np.empty((3, 3, 12))
+        slope, f = np.empty(3), np.empty(3)
         d, b, db = np.empty((6, 6)), np.zeros((6, 21)), np.empty((6, 21))
         lin, grad, k_tri = linear[tri], gradient[tri], stiffness[tri]
         patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
         surface_frame(xp, lin, dual, n)
         side_gradients(xp, grad, g)
-        second_derivatives(xp, bend[tri], h)
-        curvature_variation(h, dual, lin, bend[tri], beta)
         section_stiffness(
             s, ds_de, tri * n_layers, kappa[tri], inverse[tri], height, weight, stretch[tri], thickness, d
         )
@@ -304,10 +383,14 @@ def shell_stiffnesses(
                     b[2, 3 * k + c] += g1 * g[i, 1, c] + g2 * g[i, 0, c]
             for v in range(3):
                 b[3 + v, 18 + i] = edge[tri, v, i]
-        for v in range(3):
-            for k in range(6):
-                for c in range(3):
-                    b[3 + v, 3 * k + c] = beta[v, k] * n[c]
+        for i in range(3):
+            s_i, f[i] = slope_variation(i, g[i], side[tri, i], grad[i], lin, dual, n, away[i], dr[i])
+            slope[i] = s_i / f[i]
+            for a in range(4):
+                k = a if a < 3 else 3 + i
+                for v in range(3):
+                    for c in range(3):
+                        b[3 + v, 3 * k + c] += turn[tri, v, i] * dr[i, a, c]
         for v in range(6):
             for p in range(DOFS):
                 total = 0.0
@@ -320,40 +403,24 @@ def shell_stiffnesses(
                 for v in range(6):
                     total += b[v, p] * db[v, q]
                 k_tri[p, q] = total
-        # Turning normal forces and moments.
-        lift = 0.0
-        for v in range(3):
-            lift += r[3 + v] * (h[v, 0] * n[0] + h[v, 1] * n[1] + h[v, 2] * n[2])
-        d11 = d12 = d22 = 0.0
-        for c in range(3):
-            d11 += dual[0, c] * dual[0, c]
-            d12 += dual[0, c] * dual[1, c]
-            d22 += dual[1, c] * dual[1, c]
+        # Turning normal forces.
         for p in range(6):
-            moment_p = r[3] * beta[0, p] + r[4] * beta[1, p] + r[5] * beta[2, p]
             for q in range(p, 6):
-                moment_q = r[3] * beta[0, q] + r[4] * beta[1, q] + r[5] * beta[2, q]
                 turning = 0.0
                 for i in range(3):
                     g1p, g2p, g1q, g2q = grad[i, 0, p], grad[i, 1, p], grad[i, 0, q], grad[i, 1, q]
                     turning += r[0] * g1p * g1q + r[1] * g2p * g2q + r[2] * (g1p * g2q + g2p * g1q)
-                turning *= area[tri] / 3.0
-                lp1 = lp2 = lq1 = lq2 = 0.0
-                if p < 3:
-                    lp1, lp2 = lin[p, 0], lin[p, 1]
-                if q < 3:
-                    lq1, lq2 = lin[q, 0], lin[q, 1]
-                nn = lift * (d11 * lp1 * lq1 + d12 * (lp1 * lq2 + lp2 * lq1) + d22 * lp2 * lq2)
                 for c in range(3):
-                    for e in range(3):
-                        value = moment_p * (lq1 * dual[0, c] + lq2 * dual[1, c]) * n[e]
-                        value += moment_q * (lp1 * dual[0, e] + lp2 * dual[1, e]) * n[c]
-                        value += nn * n[c] * n[e]
-                        value = -area[tri] * value
-                        if c == e:
-                            value += turning
-                        if 3 * p + c <= 3 * q + e:
-                            k_tri[3 * p + c, 3 * q + e] += value
+                    k_tri[3 * p + c, 3 * q + c] += area[tri] / 3.0 * turning
+        # Turning moments.
+        for i in range(3):
+            moment = r[3] * turn[tri, 0, i] + r[4] * turn[tri, 1, i] + r[5] * turn[tri, 2, i]
+            slope_second(i, side[tri, i], grad[i], lin, dual, n, away[i], slope[i], f[i], dr[i], steps, hessian)
+            for p in range(12):
+                to = p if p < 9 else 9 + 3 * i + p - 9
+                for q in range(p, 12):
+                    on = q if q < 9 else 9 + 3 * i + q - 9
+                    k_tri[to, on] += area[tri] * moment * hessian[p, q]
         for p in range(DOFS):
             for q in range(p):
                 k_tri[p, q] = k_tri[q, p]

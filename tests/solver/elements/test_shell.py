@@ -188,6 +188,31 @@ def test_slopes_are_unknowns_only_where_four_nodes_do_not_do():
     assert ElasticShell(distorted.points, distorted.cells).elements.n_slopes > 48
 
 
+@pytest.mark.parametrize("fold", [5.0, 60.0, 120.0, 150.0])
+def test_a_fold_bends_more_the_more_it_closes(fold):
+    # Two equal triangles, altitude 0.5 on the shared side: the slope there is tan(fold/2), seen from either of them.
+    points = np.array([[0.5, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [-0.5, 1.0, 0.0]])
+    cells = np.array([[0, 1, 2], [3, 2, 1]])
+    shell = ElasticShell(points, cells)
+    assert shell.elements.n_slopes == 4  # on the free sides only
+    u = shell.start.copy()
+    turn = Rotation.from_rotvec([0.0, np.radians(fold), 0.0]).as_matrix()
+    u[3] = turn @ points[3]
+    shell.elements._kinematics(u)
+    tip_up = np.sign(u[3, 2])
+    expected = [-2.0 / 0.5 * tip_up * np.tan(np.radians(fold) / 2), 0.0, 0.0]
+    assert shell.elements.curvature == pytest.approx(np.array([expected, expected]), abs=1e-12)
+    # And its derivatives are exact there, too.
+    rng = np.random.default_rng(7)
+    u += 0.02 * rng.standard_normal(u.shape) * shell.free
+    _, force, stiffness = shell.evaluate(u)
+    step = 1e-6 * rng.standard_normal(u.shape) * shell.free
+    (w1, f1, _), (w2, f2, _) = shell.evaluate(u + step), shell.evaluate(u - step)
+    assert w1 - w2 == pytest.approx(2.0 * np.sum(force * step), rel=1e-6)
+    change = (stiffness @ (2.0 * step.ravel())).reshape(u.shape)
+    assert f1 - f2 == pytest.approx(change, abs=1e-6 * np.abs(change).max())
+
+
 def test_a_symmetry_plane_is_half_of_the_whole():
     # The half model bends as the whole sheet does.
     whole = square(4, 4.0)
