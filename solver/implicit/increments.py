@@ -117,7 +117,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         else:
             damping = faded(place.damping, sheet)
             place = place._replace(
-                damping=damping, width=least if damping is None else 0.0, rate=np.zeros_like(place.rate),
+                damping=damping, width=CUT * least if damping is None else 0.0, rate=np.zeros_like(place.rate),
                 rates=dict.fromkeys(place.rates, 0.0),
             )  # fmt: skip
         place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
