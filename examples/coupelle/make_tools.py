@@ -15,6 +15,7 @@ flaring wall to the flange. Punch and die are that profile moved by half the she
 side, so that they match at the end of the stroke. Their faces are B-splines turned about the axis.
 """
 
+import re
 import sys
 from pathlib import Path
 
@@ -99,6 +100,14 @@ def make_assembly():
     return assembly
 
 
+def write_step(folder):
+    """Path of the file written; without a date, so that it is the same whenever the geometry is."""
+    path = Path(folder) / "coupelle.step"
+    make_assembly().export(str(path), exportType="STEP", write_pcurves=False)
+    text = re.sub(r"'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d'", "'1995-01-01T00:00:00'", path.read_text(), count=1)
+    path.write_text(text)
+    return path
+
+
 if __name__ == "__main__":
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
-    make_assembly().export(str(folder / "coupelle.step"), exportType="STEP", write_pcurves=False)
+    write_step(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent)

@@ -9,28 +9,42 @@ What they dissipate stands in the energies, and the run says at which stroke the
 
 RESORT = 0.03  # cuts of an increment below this part of the stage's first one are given up for damping
 STIFFEST = 1e4  # times the first resistance
-FADE, FIRM = 0.1, 10.0  # factors of the resistance after a step that converged, or did not
 FADED = 1e-4  # of the first resistance: the next step does without
-PATIENCE = 40  # damped increments in a row
+QUICK = 4  # iterations up to which the resistance fades
+FADE, FIRM = 0.3, 5.0  # factors of the resistance after a quick step, and after one that failed
+REST = 3  # steps after a failure that do not fade
+PATIENCE = 200  # damped steps in a row
 
 
-def first_resistance(sheet):
-    """Resistance c to start with [N/mm^3]: the bending stiffness of one element per area, E t^3 / size^4."""
-    return sheet.contact_stiffness * (sheet.blank.thickness / sheet.size) ** 2
+class Damper:
+    """Chooses the resistance c [N/mm^3] of damped steps, one after the other; None stands for no damping."""
 
+    def __init__(self, sheet):
+        # The bending stiffness of one element per area, E t^3 / size^4.
+        self.first = sheet.contact_stiffness * (sheet.blank.thickness / sheet.size) ** 2
+        self.rest = self.steps = 0
 
-def faded(damping, sheet):
-    """Resistance of the next step: None once equilibrium holds without."""
-    if damping is None or damping == 0.0:
-        return None
-    weaker = FADE * damping
-    return weaker if weaker > FADED * first_resistance(sheet) else 0.0
+    def start(self):
+        """Resistance of the first damped step."""
+        self.rest = self.steps = 0
+        return self.first
 
+    def after_success(self, damping, iterations):
+        """Resistance of the next step: None once equilibrium holds without."""
+        self.steps += 1
+        if damping == 0.0:
+            return None
+        self.rest = max(0, self.rest - 1)
+        if self.rest or iterations > QUICK:
+            return damping
+        return FADE * damping if FADE * damping > FADED * self.first else 0.0
 
-def firmer(damping, sheet):
-    """Resistance of the next try, inf where more would not help either."""
-    firm = max(FIRM * damping, FIRM * FADED * first_resistance(sheet))
-    return firm if firm <= STIFFEST * first_resistance(sheet) else float("inf")
+    def after_failure(self, damping):
+        """Resistance of the next try, inf where more would not help either."""
+        self.steps += 1
+        self.rest = REST
+        firm = FIRM * max(damping, FADED * self.first)
+        return firm if firm <= STIFFEST * self.first and self.steps < PATIENCE else float("inf")
 
 
 def drag(damping, sheet, old, new):

@@ -8,7 +8,7 @@ import numpy as np
 from ..elements.formulation import Membrane
 from ..energy import work_of
 from ..errors import StepFailed
-from .damping import PATIENCE, RESORT, drag, faded, firmer, first_resistance
+from .damping import RESORT, Damper, drag
 from .equilibrium import Equilibrium
 from .newton import Outcome, solve_increment
 from .sparse import SparseSolver
@@ -81,14 +81,12 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             place = place._replace(width=1.0) if equilibrium.driven else place._replace(fraction=0.0, width=first)
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
-    cuts = damped = 0
-    dragged = 0.0
+    damper, dragged, cuts = Damper(sheet), 0.0, 0
     while place.fraction < end or place.damping is not None:
         relieving = place.fraction < 0.0
         least = 0.1 * RELIEF if relieving else first
         width, fraction = target(place, stops)
         equilibrium.damping = place.damping or 0.0
-        damped = 0 if place.damping is None else damped + 1
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
         equilibrium.begin(old, new)
@@ -97,8 +95,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         if not outcome.converged:
             cuts += 1
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
-            place = retreat(place, width, least, sheet)
-            if place.damping == np.inf or damped > PATIENCE:
+            place = retreat(place, width, least, damper)
+            if place.damping == np.inf:
                 raise StepFailed(
                     f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also with damping; "
                     f"{remedy(sheet)}"
@@ -115,7 +113,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         if place.damping is None:
             place = onward(place, width, outcome.iterations, old, new, first, RELIEF if relieving else largest, method)
         else:
-            damping = faded(place.damping, sheet)
+            damping = damper.after_success(place.damping, outcome.iterations)
             place = place._replace(
                 damping=damping, width=CUT * least if damping is None else 0.0, rate=np.zeros_like(place.rate),
                 rates=dict.fromkeys(place.rates, 0.0),
@@ -134,15 +132,15 @@ def target(place, stops):
     return place.width, place.fraction + place.width
 
 
-def retreat(place, width, least, sheet):
+def retreat(place, width, least, damper):
     """The march after an increment that did not converge: a shorter one, then a damped one of the least width, then
     more damping; without end (inf) where that does not help either."""
     if place.damping is not None:
-        return place._replace(damping=firmer(place.damping, sheet))
+        return place._replace(damping=damper.after_failure(place.damping))
     if CUT * width >= RESORT * least:
         return place._replace(width=CUT * width)
     log.info("no equilibrium nearby: damped increments")
-    return place._replace(damping=first_resistance(sheet), width=least)
+    return place._replace(damping=damper.start(), width=least)
 
 
 def onward(place, width, iterations, old, new, first, largest, method):

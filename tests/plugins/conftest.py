@@ -99,7 +99,8 @@ class FakeSurface:
 
     def __init__(self, height, shown):
         self.height = height
-        self.part = SimpleNamespace(triangles=lambda: shown) if shown else None
+        watertight = SimpleNamespace(edge=0.0, vertex=0.0)
+        self.part = SimpleNamespace(triangles=lambda: shown, gap_report=lambda: watertight) if shown else None
 
     def project(self, points, seed=None):
         n = len(points)
