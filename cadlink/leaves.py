@@ -13,12 +13,11 @@ from numba import njit
 
 from cadlink.bezier import project_ctrl, split
 from cadlink.nurbs import WORK, cross, dot, from_ramp, minus, patch_point, shape_on_patch
+from cadlink.osculating import REACH, TRACKED, calm_radius
 from cadlink.trim import inside
 
 TURN = 0.3  # rad
 LEVELS = 16  # halvings at most
-TRACKED = (5e-12, 5e-8)  # mm: errors in distance and foot that a Taylor series may leave
-REACH = 2.0  # mm: distance from the skin at which they are promised
 SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree has waves
 
 
@@ -34,6 +33,8 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 #   sense, group   of its face and of that face's rim
 #   cell   radius [mm] of one of its nine cells about the cell's middle, for starts of Newton (items.py)
 #   tiny   steps in s and t so short that a Taylor series ends them (power.py)
+#   twist  bound of the derivative of the curvature [1/mm^2];  calm  shift of a foot that its osculating
+#          paraboloid can follow [mm] (osculating.py)
 LEAF = np.dtype(
     [
         ("patch", "i8"),
@@ -49,6 +50,8 @@ LEAF = np.dtype(
         ("start", "f8", 8),
         ("cell", "f8"),
         ("tiny", "f8", 2),
+        ("twist", "f8"),
+        ("calm", "f8"),
         ("inner", "f8", 4),
         ("sense", "f8"),
         ("group", "i8"),
@@ -215,6 +218,7 @@ def measure_leaves(patches, ctrl, leaves):
                 turn = max(turn, acos(min(1.0, dot(m, n))) if dot(m, n) > -1.0 else pi)
         leaf.cone = sin(min(0.5 * pi, 1.2 * turn + 0.01))
         measure_steps(patch, ctrl, leaf, work)
+        measure_twist(patch, ctrl, leaf, work)
         measure_cells(patch, ctrl, leaf, work)
 
 
@@ -267,6 +271,44 @@ def measure_steps(patch, ctrl, leaf, work):
     if even < 0.1:
         step = 1e-9  # near a pole the second derivatives must be those of the foot itself
     leaf.tiny[0], leaf.tiny[1] = step * w_s, step * w_t
+
+
+@njit
+def measure_twist(patch, ctrl, leaf, work):
+    """Fill twist and calm, from differences of the curvature tensor k1 e e^T + k2 f f^T along the leaf.
+
+    Differences u, v along s and t, at an angle a: the derivative along any direction is at most
+    sqrt(c_u^2 + c_v^2) / sin a. At a pole neighbours coincide; those have nothing to say.
+    """
+    n_s, n_t = max(4, patch.degree[0] + 3), max(4, patch.degree[1] + 3)
+    place, tensor = np.zeros((n_s, n_t, 3)), np.zeros((n_s, n_t, 3, 3))
+    size, most = np.zeros(2), 0.0
+    for i in range(n_s):
+        for j in range(n_t):
+            s = leaf.rect[0] + (leaf.rect[1] - leaf.rect[0]) * (0.001 + 0.998 * i / (n_s - 1.0))
+            t = leaf.rect[2] + (leaf.rect[3] - leaf.rect[2]) * (0.001 + 0.998 * j / (n_t - 1.0))
+            x, d_s, d_t, _, _, _ = patch_point(patch, ctrl, s, t, work)
+            n, k1, k2, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
+            f = cross(n, e)
+            most = max(most, max(k1, -k2))
+            size[0] = max(size[0], sqrt(dot(d_s, d_s)) * (leaf.rect[1] - leaf.rect[0]))
+            size[1] = max(size[1], sqrt(dot(d_t, d_t)) * (leaf.rect[3] - leaf.rect[2]))
+            for a in range(3):
+                place[i, j, a] = x[a]
+                for b in range(3):
+                    tensor[i, j, a, b] = k1 * e[a] * e[b] + k2 * f[a] * f[b]
+    twist = 0.0
+    for i in range(n_s - 1):
+        for j in range(n_t - 1):
+            u, v = place[i + 1, j] - place[i, j], place[i, j + 1] - place[i, j]
+            h_u, h_v = sqrt((u * u).sum()), sqrt((v * v).sum())
+            if h_u > 1e-3 * size[0] / n_s and h_v > 1e-3 * size[1] / n_t:
+                cosine = (u * v).sum() / (h_u * h_v)
+                c_u, c_v = tensor[i + 1, j] - tensor[i, j], tensor[i, j + 1] - tensor[i, j]
+                square = (c_u * c_u).sum() / (h_u * h_u) + (c_v * c_v).sum() / (h_v * h_v)
+                twist = max(twist, sqrt(square / max(1.0 - cosine * cosine, 1e-12)))
+    leaf.twist = max(SAFETY * twist, 1e-300)
+    leaf.calm = calm_radius(leaf.twist, SAFETY * most, min(size[0], size[1]))
 
 
 def cut_arc(ctrl, smallest):

@@ -133,7 +133,7 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
     tiny_s, tiny_t : steps that the Taylor series may end, times first_tiny for the first step
     returns : FOUND, with s, t and the derivatives there in out; HELD where the nearest point of
         the box is on its side; DOUBTFUL where that cannot be told; then s, t, the distance there, and
-        how far [mm] the foot seems to be beyond the side
+        how far [mm] the foot seems to be beyond the side; of a foot FOUND, the length of the last step [mm]
     """
     centre = patch.centre
     px, py, pz = p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]
@@ -165,7 +165,8 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
                 out[1, c], out[2, c] = e_s[c], e_t[c]
                 out[3, c], out[4, c], out[5, c] = d_ss[c], d_st[c], d_tt[c]
             away = (foot[0] - px, foot[1] - py, foot[2] - pz)
-            return FOUND, s_new, t_new, sqrt(dot(away, away)), 0.0
+            length = sqrt(2.0 * (a11 * ds * ds + a22 * dt * dt))
+            return FOUND, s_new, t_new, sqrt(dot(away, away)), length
         # On a side that holds the foot back the other parameter moves alone.
         hold_s, hold_t = (
             (s <= s0 and ds < 0.0) or (s >= s1 and ds > 0.0),
