@@ -19,7 +19,7 @@ from cadlink.boxtree import box_distance
 from cadlink.items import try_item
 from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import WORK
-from cadlink.osculating import BEND, CALM, LABEL, REMEMBERED, recall, remember
+from cadlink.osculating import CALM, LABEL, REMEMBERED, recall, remember
 from cadlink.quick import PENDING, WAITING, quick_search, surely_in
 from cadlink.skin import ON_FACE, ON_LEAF
 from cadlink.track import ANSWER, answer_on_form, answer_on_patch, settle, track_edge, track_face, track_leaf, write
@@ -131,10 +131,10 @@ def project_chunk(
         # In reach of the last search its item is looked at alone.
         if x * x + y * y + z * z < reach * reach:
             if modelled and seed[i, COLUMNS + CALM] > 0.0:
-                served, d, q, m, e, ds, dt = recall(seed, i, COLUMNS, p)
+                served, d, q, m, k1, k2, e, ds, dt = recall(seed, i, COLUMNS, p)
                 if served:
-                    distance[i], face[i] = d, int(seed[i, COLUMNS + LABEL])
-                    curvature[i, 0], curvature[i, 1] = seed[i, COLUMNS + BEND], seed[i, COLUMNS + BEND + 1]
+                    distance[i], curvature[i, 0], curvature[i, 1] = d, k1, k2
+                    face[i] = int(seed[i, COLUMNS + LABEL])
                     for c in range(3):
                         point[i, c], normal[i, c], direction[i, c] = q[c], m[c], e[c]
                     for c in range(WITH_MODEL):
@@ -189,7 +189,10 @@ def project_chunk(
         if modelled:
             if fresh >= 0 and surely_in(leaves[items[item].ref], a, b):
                 leaf = leaves[items[item].ref]
-                remember(new_seed, i, COLUMNS, leaf, a, b, last_step, reach, label, found[fresh], out)
+                remember(
+                    new_seed, i, COLUMNS, leaf, patches[leaf.patch], power, a, b, last_step, reach, label,
+                    found[fresh], out,
+                )  # fmt: skip
             else:
                 for c in range(COLUMNS, WITH_MODEL):
                     new_seed[i, c] = 0.0

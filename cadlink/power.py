@@ -110,6 +110,37 @@ def derivatives(patch, power, s, t):
     )
 
 
+@njit(**POINT)
+def third_derivatives(patch, power, s, t, n, foot, n_ss, n_st, n_tt):
+    """n . S_sss, n . S_sst, n . S_stt, n . S_ttt at a foot with normal n, where n . S_ss .. are known.
+
+    The numerator of n . (S - foot) alone is differentiated; its value and first derivatives vanish there.
+    """
+    p, q = patch.degree[0], patch.degree[1]
+    k = patch.ctrl + (p + 1) * (q + 1)
+    a, b = s - 0.5, t - 0.5
+    level = n[0] * (foot[0] - patch.centre[0]) + n[1] * (foot[1] - patch.centre[1]) + n[2] * (foot[2] - patch.centre[2])
+    z = z_s = z_ss = z_sss = z_t = z_st = z_sst = z_tt = z_stt = z_ttt = w = w_s = w_t = 0.0
+    for _ in range(p + 1):
+        z0 = z1 = z2 = z3 = w0 = w1 = 0.0
+        for _ in range(q + 1):
+            k -= 1
+            c = n[0] * power[k, 0] + n[1] * power[k, 1] + n[2] * power[k, 2] - level * power[k, 3]
+            z3, z2, z1, z0 = z3 * b + z2, z2 * b + z1, z1 * b + z0, z0 * b + c
+            w1, w0 = w1 * b + w0, w0 * b + power[k, 3]
+        z_sss, z_ss, z_s, z = z_sss * a + z_ss, z_ss * a + z_s, z_s * a + z, z * a + z0
+        z_sst, z_st, z_t = z_sst * a + z_st, z_st * a + z_t, z_t * a + z1
+        z_stt, z_tt, z_ttt = z_stt * a + z_tt, z_tt * a + z2, z_ttt * a + z3
+        w_s, w, w_t = w_s * a + w, w * a + w0, w_t * a + w1
+    per = 1.0 / w
+    return (
+        per * (6.0 * z_sss - 3.0 * w_s * n_ss),
+        per * (2.0 * z_sst - 2.0 * w_s * n_st - w_t * n_ss),
+        per * (2.0 * z_stt - 2.0 * w_t * n_st - w_s * n_tt),
+        per * (6.0 * z_ttt - 3.0 * w_t * n_tt),
+    )
+
+
 @njit(forceinline=True, **POINT)
 def over(a, a_s, a_t, a_ss, a_st, a_tt, f, w_s, w_t, w_ss, w_st, w_tt):
     """a / w and its derivatives; f = 1 / w, and w_s .. are those of w, divided by w."""

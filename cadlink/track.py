@@ -82,7 +82,9 @@ def track_face(face, rim, rasters, pieces, ctrl, p, work):
 @njit(forceinline=True, **POINT)
 def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, found, work, out):
     """The same on a leaf, from its last foot, filled into out: s, t, face, last step of Newton [mm]."""
-    code, s1, t1, h, step = foot_in_box(patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found)
+    code, s1, t1, h, step = foot_in_box(
+        patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found
+    )
     label = -1
     if code == FOUND:
         where = IN
