@@ -19,12 +19,15 @@ from cadlink.boxtree import box_distance
 from cadlink.items import try_item
 from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import WORK
-from cadlink.quick import PENDING, WAITING, quick_search
+from cadlink.osculating import CALM, LABEL, REMEMBERED, recall, remember
+from cadlink.quick import PENDING, WAITING, quick_search, surely_in
 from cadlink.skin import ON_FACE, ON_LEAF
 from cadlink.track import ANSWER, answer_on_form, answer_on_patch, settle, track_edge, track_face, track_leaf, write
 
-# Columns of a seed: item, its parameters, the point searched for, reach, number of the surface.
+# Columns of a seed: item, its parameters, the point searched for, reach, number of the surface; on a skin with
+# curved patches then a foot and its osculating paraboloid.
 ITEM, A, B, PLACE, REACH, STAMP, COLUMNS = 0, 1, 2, 3, 6, 7, 8
+WITH_MODEL = COLUMNS + REMEMBERED
 CHUNK = 64  # points that share one scratch space
 
 
@@ -114,7 +117,7 @@ def project_chunk(
     rasters, pieces, ctrl, power = skin.rasters, skin.pieces, skin.ctrl, skin.power
     nodes, order, root = skin.nodes, skin.order, skin.roots[0]
     low, per_mm, grid = hints.low, hints.per_mm, hints.item
-    tracked = found[0]
+    tracked, modelled = found[0], seed.shape[1] == WITH_MODEL
     for i in range(start, stop):
         p = (points[i, 0], points[i, 1], points[i, 2])
         item, a, b, reach = -1, -1.0, -1.0, 0.0
@@ -124,9 +127,21 @@ def project_chunk(
             item = hint_at(p, low, per_mm, grid)
         at = (seed[i, PLACE], seed[i, PLACE + 1], seed[i, PLACE + 2])
         x, y, z = p[0] - at[0], p[1] - at[1], p[2] - at[2]
-        label, on_form = -1, False
+        label, on_form, fresh, last_step = -1, False, -1, 0.0
         # In reach of the last search its item is looked at alone.
         if x * x + y * y + z * z < reach * reach:
+            if modelled and seed[i, COLUMNS + CALM] > 0.0:
+                served, d, q, m, k1, k2, e, ds, dt = recall(seed, i, COLUMNS, p)
+                if served:
+                    distance[i], curvature[i, 0], curvature[i, 1] = d, k1, k2
+                    face[i] = int(seed[i, COLUMNS + LABEL])
+                    for c in range(3):
+                        point[i, c], normal[i, c], direction[i, c] = q[c], m[c], e[c]
+                    for c in range(WITH_MODEL):
+                        new_seed[i, c] = seed[i, c]
+                    continue
+                # Else its shift is where Newton starts.
+                a, b = min(1.0, max(0.0, a + ds)), min(1.0, max(0.0, b + dt))
             kind, ref = items[item].kind, items[item].ref
             if kind == ON_FACE:
                 d, q, m, k1, k2, e, label = track_face(faces[ref], rims[ref], rasters, pieces, ctrl, p, work)
@@ -135,9 +150,10 @@ def project_chunk(
                 leaf = leaves[ref]
                 patch = patches[leaf.patch]
                 face1, rim = faces[patch.face], rims[patch.face]
-                a, b, label = track_leaf(
+                a, b, label, last_step = track_leaf(
                     leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, tracked, work, out
                 )
+                fresh = 0 if label >= 0 else -1
             else:
                 a, b, label = track_edge(skin, item, a, b, p, work, out)
         if label < 0:
@@ -158,6 +174,7 @@ def project_chunk(
                     on_form, label = True, faces[ref].label
                 elif kind == ON_LEAF and answer_on_patch(p, found[row], leaves[ref].sense, out):
                     label = faces[patches[leaves[ref].patch].face].label
+                    fresh, last_step = row, 0.0
                 else:
                     label = settle(skin, item, a, b, p, found[row], work, out)
         if not on_form:
@@ -169,6 +186,16 @@ def project_chunk(
             new_seed[i, PLACE + c] = at[c]
         new_seed[i, ITEM], new_seed[i, A], new_seed[i, B], new_seed[i, REACH] = item, a, b, reach
         new_seed[i, STAMP] = stamp
+        if modelled:
+            if fresh >= 0 and surely_in(leaves[items[item].ref], a, b):
+                leaf = leaves[items[item].ref]
+                remember(
+                    new_seed, i, COLUMNS, leaf, patches[leaf.patch], power, a, b, last_step, reach, label,
+                    found[fresh], out,
+                )  # fmt: skip
+            else:
+                for c in range(COLUMNS, WITH_MODEL):
+                    new_seed[i, c] = 0.0
 
 
 @njit(parallel=True, cache=True)

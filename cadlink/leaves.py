@@ -13,12 +13,13 @@ from numba import njit
 
 from cadlink.bezier import project_ctrl, split
 from cadlink.nurbs import WORK, cross, dot, from_ramp, minus, patch_point, shape_on_patch
+from cadlink.osculating import TRACKED
 from cadlink.trim import inside
 
 TURN = 0.3  # rad
 LEVELS = 16  # halvings at most
-TRACKED = (5e-12, 5e-8)  # mm: errors in distance and foot that a Taylor series may leave
 REACH = 2.0  # mm: distance from the skin at which they are promised
+TWIST_SAFETY = 2.0  # on differences over a few pieces of a leaf
 SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree has waves
 
 
@@ -34,6 +35,8 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 #   sense, group   of its face and of that face's rim
 #   cell   radius [mm] of one of its nine cells about the cell's middle, for starts of Newton (items.py)
 #   tiny   steps in s and t so short that a Taylor series ends them (power.py)
+#   twist  bounds of the first and second derivative of the curvature [1/mm^2, 1/mm^3];  calm  quarter of its
+#          smaller side [mm] (osculating.py)
 LEAF = np.dtype(
     [
         ("patch", "i8"),
@@ -49,6 +52,8 @@ LEAF = np.dtype(
         ("start", "f8", 8),
         ("cell", "f8"),
         ("tiny", "f8", 2),
+        ("twist", "f8", 2),
+        ("calm", "f8"),
         ("inner", "f8", 4),
         ("sense", "f8"),
         ("group", "i8"),
@@ -215,6 +220,7 @@ def measure_leaves(patches, ctrl, leaves):
                 turn = max(turn, acos(min(1.0, dot(m, n))) if dot(m, n) > -1.0 else pi)
         leaf.cone = sin(min(0.5 * pi, 1.2 * turn + 0.01))
         measure_steps(patch, ctrl, leaf, work)
+        measure_twist(patch, ctrl, leaf, work)
         measure_cells(patch, ctrl, leaf, work)
 
 
@@ -267,6 +273,54 @@ def measure_steps(patch, ctrl, leaf, work):
     if even < 0.1:
         step = 1e-9  # near a pole the second derivatives must be those of the foot itself
     leaf.tiny[0], leaf.tiny[1] = step * w_s, step * w_t
+
+
+@njit
+def measure_twist(patch, ctrl, leaf, work):
+    """Fill twist: bounds of the first and second derivative of the curvature along the leaf.
+
+    From differences of the curvature tensor k1 e e^T + k2 f f^T over neighbours u along s and v along t, at an angle a:
+
+        first <= sqrt(c_u^2 + c_v^2) / sin a,     second <= sqrt(c_uu^2 + 2 c_uv^2 + c_vv^2) / sin^2 a
+
+    As tensors of space they also hold the turning of the tangent plane, k^2 and 2 k^3. At a pole neighbours
+    coincide; those have nothing to say.
+    """
+    n_s, n_t = max(4, patch.degree[0] + 3), max(4, patch.degree[1] + 3)
+    place, tensor = np.zeros((n_s, n_t, 3)), np.zeros((n_s, n_t, 3, 3))
+    size = np.zeros(2)
+    for i in range(n_s):
+        for j in range(n_t):
+            s = leaf.rect[0] + (leaf.rect[1] - leaf.rect[0]) * (0.001 + 0.998 * i / (n_s - 1.0))
+            t = leaf.rect[2] + (leaf.rect[3] - leaf.rect[2]) * (0.001 + 0.998 * j / (n_t - 1.0))
+            x, d_s, d_t, _, _, _ = patch_point(patch, ctrl, s, t, work)
+            n, k1, k2, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
+            f = cross(n, e)
+            size[0] = max(size[0], sqrt(dot(d_s, d_s)) * (leaf.rect[1] - leaf.rect[0]))
+            size[1] = max(size[1], sqrt(dot(d_t, d_t)) * (leaf.rect[3] - leaf.rect[2]))
+            for a in range(3):
+                place[i, j, a] = x[a]
+                for b in range(3):
+                    tensor[i, j, a, b] = k1 * e[a] * e[b] + k2 * f[a] * f[b]
+    for i in range(1, n_s - 1):
+        for j in range(1, n_t - 1):
+            u, v = 0.5 * (place[i + 1, j] - place[i - 1, j]), 0.5 * (place[i, j + 1] - place[i, j - 1])
+            uu, vv, uv = (u * u).sum(), (v * v).sum(), (u * v).sum()
+            if sqrt(uu) > 1e-3 * size[0] / n_s and sqrt(vv) > 1e-3 * size[1] / n_t:
+                # 1 / sin^2 of the angle between them.
+                skew = 1.0 / max(1.0 - uv * uv / (uu * vv), 1e-12)
+                c_u, c_v = 0.5 * (tensor[i + 1, j] - tensor[i - 1, j]), 0.5 * (tensor[i, j + 1] - tensor[i, j - 1])
+                c_uu = tensor[i + 1, j] - 2.0 * tensor[i, j] + tensor[i - 1, j]
+                c_vv = tensor[i, j + 1] - 2.0 * tensor[i, j] + tensor[i, j - 1]
+                for a in (-1, 1):
+                    for b in (-1, 1):
+                        c_uv = tensor[i + a, j + b] - tensor[i + a, j] - tensor[i, j + b] + tensor[i, j]
+                        first = (c_u * c_u).sum() / uu + (c_v * c_v).sum() / vv
+                        second = (c_uu * c_uu).sum() / (uu * uu) + (c_vv * c_vv).sum() / (vv * vv)
+                        second += 2.0 * (c_uv * c_uv).sum() / (uu * vv)
+                        leaf.twist[0] = max(leaf.twist[0], TWIST_SAFETY * sqrt(first * skew))
+                        leaf.twist[1] = max(leaf.twist[1], TWIST_SAFETY * sqrt(second) * skew)
+    leaf.calm = 0.25 * min(size[0], size[1])
 
 
 def cut_arc(ctrl, smallest):

@@ -110,6 +110,37 @@ def derivatives(patch, power, s, t):
     )
 
 
+@njit(**POINT)
+def third_derivatives(patch, power, s, t, n, foot, n_ss, n_st, n_tt):
+    """n . S_sss, n . S_sst, n . S_stt, n . S_ttt at a foot with normal n, where n . S_ss .. are known.
+
+    The numerator of n . (S - foot) alone is differentiated; its value and first derivatives vanish there.
+    """
+    p, q = patch.degree[0], patch.degree[1]
+    k = patch.ctrl + (p + 1) * (q + 1)
+    a, b = s - 0.5, t - 0.5
+    level = n[0] * (foot[0] - patch.centre[0]) + n[1] * (foot[1] - patch.centre[1]) + n[2] * (foot[2] - patch.centre[2])
+    z = z_s = z_ss = z_sss = z_t = z_st = z_sst = z_tt = z_stt = z_ttt = w = w_s = w_t = 0.0
+    for _ in range(p + 1):
+        z0 = z1 = z2 = z3 = w0 = w1 = 0.0
+        for _ in range(q + 1):
+            k -= 1
+            c = n[0] * power[k, 0] + n[1] * power[k, 1] + n[2] * power[k, 2] - level * power[k, 3]
+            z3, z2, z1, z0 = z3 * b + z2, z2 * b + z1, z1 * b + z0, z0 * b + c
+            w1, w0 = w1 * b + w0, w0 * b + power[k, 3]
+        z_sss, z_ss, z_s, z = z_sss * a + z_ss, z_ss * a + z_s, z_s * a + z, z * a + z0
+        z_sst, z_st, z_t = z_sst * a + z_st, z_st * a + z_t, z_t * a + z1
+        z_stt, z_tt, z_ttt = z_stt * a + z_tt, z_tt * a + z2, z_ttt * a + z3
+        w_s, w, w_t = w_s * a + w, w * a + w0, w_t * a + w1
+    per = 1.0 / w
+    return (
+        per * (6.0 * z_sss - 3.0 * w_s * n_ss),
+        per * (2.0 * z_sst - 2.0 * w_s * n_st - w_t * n_ss),
+        per * (2.0 * z_stt - 2.0 * w_t * n_st - w_s * n_tt),
+        per * (6.0 * z_ttt - 3.0 * w_t * n_tt),
+    )
+
+
 @njit(forceinline=True, **POINT)
 def over(a, a_s, a_t, a_ss, a_st, a_tt, f, w_s, w_t, w_ss, w_st, w_tt):
     """a / w and its derivatives; f = 1 / w, and w_s .. are those of w, divided by w."""
@@ -133,7 +164,7 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
     tiny_s, tiny_t : steps that the Taylor series may end, times first_tiny for the first step
     returns : FOUND, with s, t and the derivatives there in out; HELD where the nearest point of
         the box is on its side; DOUBTFUL where that cannot be told; then s, t, the distance there, and
-        how far [mm] the foot seems to be beyond the side
+        how far [mm] the foot seems to be beyond the side; of a foot FOUND, the length of the last step [mm]
     """
     centre = patch.centre
     px, py, pz = p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]
@@ -165,7 +196,8 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
                 out[1, c], out[2, c] = e_s[c], e_t[c]
                 out[3, c], out[4, c], out[5, c] = d_ss[c], d_st[c], d_tt[c]
             away = (foot[0] - px, foot[1] - py, foot[2] - pz)
-            return FOUND, s_new, t_new, sqrt(dot(away, away)), 0.0
+            length = sqrt(2.0 * (a11 * ds * ds + a22 * dt * dt))
+            return FOUND, s_new, t_new, sqrt(dot(away, away)), length
         # On a side that holds the foot back the other parameter moves alone.
         hold_s, hold_t = (
             (s <= s0 and ds < 0.0) or (s >= s1 and ds > 0.0),

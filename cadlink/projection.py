@@ -17,7 +17,8 @@ class Projection(NamedTuple):
     direction  (n, 3) unit, principal direction of curvature[:, 0]; the other one is
                cross(normal, direction)
     face       (n,) index of the face in the part (one of two at an edge)
-    seed       (n, 8) to be passed back with the same points after a small move
+    seed       (n, ..) to be passed back with the same points after a small move; as wide as the surface needs it:
+               8 on planes, cylinders, cones, spheres and tori, 29 on a skin that has patches
     """
 
     distance: np.ndarray

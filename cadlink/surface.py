@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from cadlink.closest import COLUMNS, Hints, project_points
+from cadlink.closest import COLUMNS, WITH_MODEL, Hints, project_points
 from cadlink.feet import further_feet
 from cadlink.pick import pick_faces
 from cadlink.projection import checked_points, checked_seed, empty_projection
@@ -34,6 +34,7 @@ class ToolSurface:
         self.hollows = {}
         # Tells its own seeds from those of other surfaces.
         self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
+        self.columns = WITH_MODEL if len(self.skin.leaves) else COLUMNS
 
     def project(self, points, seed=None):
         """Closest points on the exact tool faces.
@@ -46,7 +47,9 @@ class ToolSurface:
         raises : ValueError for points or seeds of another shape or points that are not finite
         """
         points = checked_points(points)
-        seed = checked_seed(seed, len(points), COLUMNS, 0.0)
+        if np.shape(seed) == (len(points), COLUMNS + WITH_MODEL - self.columns):
+            seed = None  # of a surface of the other kind
+        seed = checked_seed(seed, len(points), self.columns, 0.0)
         if self.hints is None:
             self.hints = hint_grid(self)
         return project(self.skin, self.hints, self.stamp, points, seed)
@@ -71,7 +74,7 @@ class ToolSurface:
 
 def project(skin, hints, stamp, points, seed):
     """Projection of checked points."""
-    hit = empty_projection(len(points), COLUMNS)
+    hit = empty_projection(len(points), seed.shape[1])
     if len(points):
         project_points(skin, hints, stamp, points, seed, *hit)
     return hit

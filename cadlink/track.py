@@ -81,8 +81,10 @@ def track_face(face, rim, rasters, pieces, ctrl, p, work):
 
 @njit(forceinline=True, **POINT)
 def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, found, work, out):
-    """The same on a leaf, from its last foot, filled into out: s, t, face."""
-    code, s1, t1, h, _ = foot_in_box(patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found)
+    """The same on a leaf, from its last foot, filled into out: s, t, face, last step of Newton [mm]."""
+    code, s1, t1, h, step = foot_in_box(
+        patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found
+    )
     label = -1
     if code == FOUND:
         where = IN
@@ -90,7 +92,7 @@ def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, fo
             where, _ = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s1, t1, found, h, work)
         if where == IN and answer_on_patch(p, found, leaf.sense, out):
             label = face.label
-    return s1, t1, label
+    return s1, t1, label, step
 
 
 @njit(**INNER)

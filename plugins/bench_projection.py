@@ -4,6 +4,10 @@ Points lie within BAND of the surface. Exact methods are held against OpenCASCAD
 of them (and against a formula where there is one), facets against the exact distance. Times are CPU
 time of one core, the least of several repeats; a query starts from a search structure that stands, whose
 own time and memory are in columns of their own.
+
+Warm rows come in pairs. "moved x": every point moves by x once, in a random direction, after a cold search;
+repeats start from the same seeds. "walk of 20 x": 20 such moves one after the other, each with the seeds of the
+one before; the time is the mean of a move and the error that of the last.
 """
 
 import contextlib
@@ -19,6 +23,7 @@ NACELLE = ROOT.parent / "shared" / "step" / "nacelle.stp"  # used where it is th
 BAND = 2.0  # mm
 SUBSET = 200
 CHORDS = (0.1, 0.01, 0.001)  # mm
+MOVES = 20  # of a walk
 LARGEST = 400.0  # mm: parts above are not meshed to the finer chords
 RING, TUBE = 12.0, 4.0  # mm, radii of the torus
 
@@ -136,7 +141,7 @@ def measure_case(name, case, n_points):
 
     few = points[:SUBSET]
     shape = part.shape()
-    seconds, truth = cpu_time(lambda: occ_distances(shape, few), 1)
+    occ_seconds, truth = cpu_time(lambda: occ_distances(shape, few), 1)
 
     def error_at(at, found):
         """Largest error of signed distances at points: by formula, or of their size by OpenCASCADE."""
@@ -155,8 +160,11 @@ def measure_case(name, case, n_points):
         add(method, len(at), 1e9 * least / len(at), error_at(at, found.distance), build=build, kilobytes=kilobytes)
         build = kilobytes = None
     warm = rows[-1]["ns"]
+    for size, words in ((1e-3, "1 um"), (5e-2, "50 um")):
+        seconds, at, found = timed_walk(surface, points, hit.seed, size)
+        add(f"exact, walk of {MOVES} x {words}", len(at), 1e9 * seconds / len(at), error_at(at, found.distance))
     error = float(np.abs(truth - np.abs(formula(few))).max()) if formula is not None else None
-    add("OCC DistShapeShape", len(few), 1e9 * seconds / len(few), error, "the truth" if formula is None else "")
+    add("OCC DistShapeShape", len(few), 1e9 * occ_seconds / len(few), error, "the truth" if formula is None else "")
     size = float(np.ptp(part.bounding_box, axis=0).max())
     for chord in CHORDS:
         if size > LARGEST and chord < CHORDS[0]:
@@ -238,6 +246,24 @@ def cpu_time(work, repeats=5):
         result = work()
         least = min(least, time.process_time() - start)
     return least, result
+
+
+def timed_walk(surface, points, seed, size, repeats=3):
+    """Mean CPU time of a move in a random walk of MOVES [s], least of some repeats; where it ends, Projection there."""
+    import numpy as np
+
+    least = float("inf")
+    for _ in range(repeats):
+        rng, at, last, seconds = np.random.default_rng(2), points, seed, 0.0
+        for _ in range(MOVES):
+            way = rng.normal(size=points.shape)
+            at = at + size * way / np.linalg.norm(way, axis=1)[:, None]
+            start = time.process_time()
+            found = surface.project(at, last)
+            seconds += time.process_time() - start
+            last = found.seed
+        least = min(least, seconds / MOVES)
+    return least, at, found
 
 
 def occ_distances(shape, points):

@@ -56,8 +56,11 @@ def test_same_bits_at_any_thread_count(tmp_path):
         "from tests.cadlink import shapes\n"
         "from tests.cadlink.occ_truth import part_of\n"
         "points = np.random.default_rng(0).normal(size=(3000, 3)) * 10.0\n"
-        "hit = part_of(shapes.bumpy_solid()).surface().project(points)\n"
-        "print(hashlib.sha256(b''.join(a.tobytes() for a in hit)).hexdigest())\n"
+        "surface = part_of(shapes.bumpy_solid()).surface()\n"
+        "hits = [surface.project(points)]\n"
+        "for step in (1e-4, 1e-3, 2e-2):\n"
+        "    hits.append(surface.project(points + step, hits[-1].seed))\n"
+        "print(hashlib.sha256(b''.join(a.tobytes() for hit in hits for a in hit)).hexdigest())\n"
     )
     found = set()
     for threads in ("1", "2"):

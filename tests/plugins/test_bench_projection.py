@@ -14,7 +14,8 @@ def test_exact_is_nearer_than_facets(monkeypatch, capsys):
     assert main(["bench", "projection", "torus-nurbs", "--points", "300", "--json"]) == 0
     rows = {row["method"]: row for row in json.loads(capsys.readouterr().out)}
     assert rows["exact, cold"]["error"] < 1e-12
-    assert rows["exact, moved 1 um"]["error"] < 1e-11
+    for method in ("moved 1 um", "moved 50 um", "walk of 20 x 1 um", "walk of 20 x 50 um"):
+        assert rows[f"exact, {method}"]["error"] < 1e-11
     assert rows["OCC DistShapeShape"]["error"] < 1e-9
     assert 0.0 < rows["exact, cold"]["build"] < 10.0 and rows["exact, cold"]["kilobytes"] > 10.0
     facets = rows["facets 0.1 mm, VTK"]
