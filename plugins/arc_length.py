@@ -51,7 +51,7 @@ def follow(scene, method, farthest, *, last=1.0, first=0.02, n_steps=400):
             found = correct(
                 equilibrium, solver, old, new, load, factor, min(step, last - factor), v, None if reached else size
             )
-            if found:
+            if found and (reached or found[0] < last):
                 break
             size *= CUT
             if size < smallest:
