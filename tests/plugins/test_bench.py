@@ -22,12 +22,20 @@ def test_roll_up_by_an_edge_moment():
     assert row["error"] < 0.006
 
 
+def test_a_coarse_curved_shell_does_not_lock():
+    # 81 nodes, 11 degrees a triangle; the metric of mean gradients was 20 % too stiff.
+    row = bench_shell.measure("hemisphere", "lattice", 0)
+    assert row["error"] < 0.05
+
+
 # The problems of docs/shell.md that the element meets within a per cent; the others are named there as not met.
 WITHIN_A_PER_CENT = [
     *(("cantilever", kind) for kind in bench_shell.MESHES),
     *(("roll-up", kind) for kind in bench_shell.MESHES),
+    *(("annular plate", kind) for kind in bench_shell.MESHES),
     ("hemisphere", "unstructured"),
     *(("open cylinder", kind) for kind in bench_shell.MESHES),
+    *(("semi-cylinder", kind) for kind in bench_shell.MESHES),
     *(("hinged roof", kind) for kind in bench_shell.MESHES),
     *(("thin hinged roof", kind) for kind in bench_shell.MESHES),
 ]
