@@ -204,7 +204,7 @@ def plot(done, png):
             axis.loglog(nodes, error, "o-", color=f"C{k}", label=name, markersize=4)
         reach = np.array([30.0, 5000.0])
         axis.loglog(reach, 600.0 / reach, "--", color="0.6", label="second order")
-        axis.set(title=kind, xlabel="nodes", ylim=(0.05, 50.0))
+        axis.set(title=kind, xlabel="nodes", ylim=(0.02, 50.0))
         axis.grid(alpha=0.3, which="both")
     axes[0].set_ylabel("largest error [%]")
     fig.legend(*axes[1].get_legend_handles_labels(), fontsize=8, loc="outside right center")
