@@ -65,7 +65,11 @@ def open_corners(cells):
     """
     across, apex = neighbours(cells)
     alone = np.bincount(cells.ravel())[cells] == 1
+    turned = np.zeros(len(cells), dtype=bool)  # two corners may face each other: one turn opens both
     for tri, i in zip(*np.nonzero(alone & (across >= 0)), strict=True):
+        if turned[tri] or turned[across[tri, i]]:
+            continue
+        turned[[tri, across[tri, i]]] = True
         corner, start, end = cells[tri, [i, (i + 1) % 3, (i + 2) % 3]]
         far = cells[across[tri, i], apex[tri, i]]
         cells[tri], cells[across[tri, i]] = (corner, start, far), (corner, far, end)
