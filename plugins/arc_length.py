@@ -12,7 +12,7 @@ import numpy as np
 from solver.errors import StepFailed
 from solver.form import first_state
 from solver.implicit.equilibrium import Equilibrium
-from solver.implicit.method import Implicit, Newton
+from solver.implicit.method import Newton
 from solver.implicit.sparse import SparseSolver
 from solver.sheet import build_sheet
 
@@ -27,7 +27,7 @@ def follow(scene, method, farthest, *, last=1.0, first=0.02, n_steps=400):
     yields (load factor, node positions (n, 3) mm, iterations). Raises StepFailed.
     """
     sheet = build_sheet(scene.blank)
-    old, new = (first_state(scene, sheet, Implicit()) for _ in range(2))
+    old, new = (first_state(scene, sheet, method) for _ in range(2))
     equilibrium = Equilibrium(sheet, scene.stages[0], [], method, old.sheet.x)
     solver = SparseSolver(sheet.pattern.block_row, sheet.pattern.block_column, ~equilibrium.fixed)
     equilibrium.begin(old, new)
@@ -51,7 +51,7 @@ def follow(scene, method, farthest, *, last=1.0, first=0.02, n_steps=400):
             found = correct(
                 equilibrium, solver, old, new, load, factor, min(step, last - factor), v, None if reached else size
             )
-            if found:
+            if found and (reached or found[0] < last):
                 break
             size *= CUT
             if size < smallest:

@@ -1,17 +1,23 @@
-"""Shell triangle with translations only: mean-metric membrane, curvature from mid-side gradients, edge slopes
-(theory_shell.md 3 to 5 and 8).
+"""Shell triangle with translations only: metric shared with the neighbours, curvature from the turns across the sides,
+edge slopes (theory_shell.md 3 to 5 and 8).
 
-Symbols: x_I patch nodes, I = 0..5; L_I,a linear gradients (I < 3); G^i_aI mid-side gradients; nu^i outward normal of
-side i and h_i its altitude; v = 11, 22, 2*12. g^i_a = G^i_aI x_I; n unit normal, a^c dual tangent vectors; E membrane
+Symbols: x_I patch nodes, I = 0..5; L_I,a linear gradients (I < 3); G^i_aI those of the triangle across side i,
+unfolded; nu^i outward normal of side i, h_i its altitude and h'_i that of the triangle across; v = 11, 22, 2*12.
+a_c = L_I,c x_I and g^i_a = G^i_aI x_I tangent vectors here and across; n unit normal, a^c dual tangents; E membrane
 Green strain; kappa curvature change (a fibre at z > 0 along n stretches by z kappa); lam thickness ratio and A inverse
 metric, both fixed over the increment; with Z = z lam the strain of a fibre is E(Z) = E + Z kappa + Z^2/2 c, c = k A k
 the third fundamental form of the curvature k (kappa is k less its initial value, and c likewise), so that a section
 bent to a circle has the strain ln(1 + Z k) exactly. J_vw = dc_v/dk_w. N, M resultants per unit initial length.
 
+Metric C_ab = w a_a.a_b + sum_i w_i g^i_a.g^i_b: a weighted mean of the metrics of four flat triangles. In the plane
+it is the mean of the mid-side strains of theory_shell.md 3 with a part of the triangle's own, but folding about the
+sides does not change it. (The metric of the mean gradient at a side is smaller than the mean of the two metrics by
+sin(theta/2)^2 where the surface turns by theta: coarse curved meshes locked.)
+
 Curvature k_v = T_vi (r_i + phi_i), T_vi = -2/h_i (nu_1^2, nu_2^2, 2 nu_1 nu_2)^i, from the slopes of the sides:
-r = s/f, s = g_nu . n, f = g_nu . a^nu, g_nu = nu_a g_a. Where the surface turns by theta between two equal triangles
-r = tan(theta/2), which grows with any fold; s alone is sin(theta)/2, whose moment vanishes as the fold closes. For
-small turns f = 1, and k_v = C_vI x_I . n of theory_shell.md 3.
+r = s/f, s = g_nu . n, f = h/h' + g_nu . a^nu, g_nu = nu_a g_a. Where the surface turns by theta between two equal
+triangles r = tan(theta/2), which grows with any fold; sin(theta)/2 has a moment that vanishes as the fold closes. For
+small turns k_v = C_vI x_I . n of theory_shell.md 3.
 """
 
 from math import sqrt
@@ -36,9 +42,8 @@ def patch_positions(u, slots, mirror, level, xp):
 
 
 @njit(forceinline=True)
-def surface_frame(xp, linear, dual, n):
-    """Fills dual (2, 3), the dual tangent vectors a^c, and n (3,), the unit normal of one triangle."""
-    a = np.empty((2, 3))
+def surface_frame(xp, linear, a, dual, n):
+    """Fills a (2, 3), the tangent vectors of one triangle, dual (2, 3), the dual ones, and n (3,), its unit normal."""
     for b in range(2):
         for c in range(3):
             a[b, c] = xp[0, c] * linear[0, b] + xp[1, c] * linear[1, b] + xp[2, c] * linear[2, b]
@@ -56,7 +61,7 @@ def surface_frame(xp, linear, dual, n):
 
 @njit(forceinline=True)
 def side_gradients(xp, gradient, g):
-    """Fills g (3, 2, 3): mid-side gradients g^i_a of one triangle."""
+    """Fills g (3, 2, 3): gradients g^i_a of the triangles across the sides."""
     for i in range(3):
         for a in range(2):
             for c in range(3):
@@ -67,13 +72,13 @@ def side_gradients(xp, gradient, g):
 
 
 @njit(forceinline=True)
-def side_slope(g, side, dual, n, away):
+def side_slope(g, side, ratio, dual, n, away):
     """Slope tan(theta/2) of the surface across a side, from the plane of the triangle with the duals a^c and normal n.
 
-    g : (2, 3) mid-side gradient; side : (2,) outward normal nu; fills away (3,) = g_nu. Returns s = g_nu . n and
-    f = g_nu . a^nu; the slope is s/f.
+    g : (2, 3) gradient across; side : (2,) outward normal nu; ratio : h/h'; fills away (3,) = g_nu. Returns
+    s = g_nu . n and f = h/h' + g_nu . a^nu; the slope is s/f.
     """
-    s = f = 0.0
+    s, f = 0.0, ratio
     for c in range(3):
         away[c] = side[0] * g[0, c] + side[1] * g[1, c]
         s += away[c] * n[c]
@@ -82,7 +87,7 @@ def side_slope(g, side, dual, n, away):
 
 
 @njit(parallel=True, cache=True)
-def shell_strains(u, slots, linear, gradient, side, turn, edge, mirror, level, metric, kappa):
+def shell_strains(u, slots, linear, gradient, share, side, ratio, turn, edge, mirror, level, metric, kappa):
     """Mean metric and curvature of every triangle.
 
     u : (n + k, 3) node places, then edge slopes in the first column
@@ -90,21 +95,22 @@ def shell_strains(u, slots, linear, gradient, side, turn, edge, mirror, level, m
     """
     for tri in prange(slots.shape[0]):
         xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
-        dual, n = np.empty((2, 3)), np.empty(3)
+        own, dual, n = np.empty((2, 3)), np.empty((2, 3)), np.empty(3)
         patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
-        surface_frame(xp, linear[tri], dual, n)
+        surface_frame(xp, linear[tri], own, dual, n)
         side_gradients(xp, gradient[tri], g)
         m11 = m22 = m12 = 0.0
-        for i in range(3):
+        for i in range(4):
+            a = g[i] if i < 3 else own
             for c in range(3):
-                m11 += g[i, 0, c] * g[i, 0, c]
-                m22 += g[i, 1, c] * g[i, 1, c]
-                m12 += g[i, 0, c] * g[i, 1, c]
-        metric[tri, 0], metric[tri, 1], metric[tri, 2] = m11 / 3.0, m22 / 3.0, m12 / 3.0
+                m11 += share[tri, i] * a[0, c] * a[0, c]
+                m22 += share[tri, i] * a[1, c] * a[1, c]
+                m12 += share[tri, i] * a[0, c] * a[1, c]
+        metric[tri, 0], metric[tri, 1], metric[tri, 2] = m11, m22, m12
         for v in range(3):
             kappa[tri, v] = 0.0
         for i in range(3):
-            s, f = side_slope(g[i], side[tri, i], dual, n, away[0])
+            s, f = side_slope(g[i], side[tri, i], ratio[tri, i], dual, n, away[0])
             slope = slots[tri, 6 + i]
             for v in range(3):
                 kappa[tri, v] += turn[tri, v, i] * s / f
@@ -184,10 +190,10 @@ def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
 
 
 @njit(forceinline=True)
-def slope_variation(i, g, side, gradient, linear, dual, n, away, dr):
+def slope_variation(i, g, side, ratio, gradient, linear, dual, n, away, dr):
     """Fills dr (4, 3): derivative of the slope s/f of side i with respect to the triangle's nodes and the apex across.
     Returns s and f."""
-    s, f = side_slope(g, side, dual, n, away)
+    s, f = side_slope(g, side, ratio, dual, n, away)
     r = s / f
     b1 = b2 = d1 = d2 = 0.0
     for c in range(3):
@@ -265,31 +271,37 @@ def slope_second(i, side, gradient, linear, dual, n, away, r, f, dr, steps, hess
 
 
 @njit(parallel=True, cache=True)
-def shell_forces(u, slots, linear, area, gradient, side, turn, edge, mirror, level, result, force):
+def shell_forces(
+    u, slots, linear, area, gradient, share, side, ratio, turn, edge, mirror, level, result, force,
+):  # fmt: skip
     """Fills force (m, 9, 3): forces of every triangle on its slots [N]; of an edge slope the first column.
 
     result : (m, 6) resultants
     """
     for tri in prange(slots.shape[0]):
         xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
-        dual, n, dr = np.empty((2, 3)), np.empty(3), np.empty((4, 3))
+        own, dual, n, dr = np.empty((2, 3)), np.empty((2, 3)), np.empty(3), np.empty((4, 3))
         patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
-        surface_frame(xp, linear[tri], dual, n)
+        surface_frame(xp, linear[tri], own, dual, n)
         side_gradients(xp, gradient[tri], g)
         r = result[tri]
-        third = area[tri] / 3.0
-        for k in range(6):
+        for k in range(3):
+            part = area[tri] * share[tri, 3]
+            w1 = part * (r[0] * linear[tri, k, 0] + r[2] * linear[tri, k, 1])
+            w2 = part * (r[1] * linear[tri, k, 1] + r[2] * linear[tri, k, 0])
             for c in range(3):
-                force[tri, k, c] = 0.0
+                force[tri, k, c] = w1 * own[0, c] + w2 * own[1, c]
+                force[tri, 3 + k, c] = 0.0
         for i in range(3):
-            slope_variation(i, g[i], side[tri, i], gradient[tri, i], linear[tri], dual, n, away[0], dr)
+            slope_variation(i, g[i], side[tri, i], ratio[tri, i], gradient[tri, i], linear[tri], dual, n, away[0], dr)
+            part = area[tri] * share[tri, i]
             moment = r[3] * turn[tri, 0, i] + r[4] * turn[tri, 1, i] + r[5] * turn[tri, 2, i]
             for a in range(4):
                 k = a if a < 3 else 3 + i
                 for c in range(3):
                     force[tri, k, c] += area[tri] * moment * dr[a, c]
-                w1 = third * (r[0] * gradient[tri, i, 0, k] + r[2] * gradient[tri, i, 1, k])
-                w2 = third * (r[1] * gradient[tri, i, 1, k] + r[2] * gradient[tri, i, 0, k])
+                w1 = part * (r[0] * gradient[tri, i, 0, k] + r[2] * gradient[tri, i, 1, k])
+                w2 = part * (r[1] * gradient[tri, i, 1, k] + r[2] * gradient[tri, i, 0, k])
                 for c in range(3):
                     force[tri, k, c] += w1 * g[i, 0, c] + w2 * g[i, 1, c]
         for i in range(3):
@@ -348,8 +360,8 @@ def section_stiffness(s, ds_de, first, k, a, height, weight, stretch, thickness,
 
 @njit(parallel=True, cache=True)
 def shell_stiffnesses(
-    u, slots, linear, area, gradient, side, turn, edge, mirror, level, kappa, inverse, result, s, ds_de, height, weight,
-    stretch, thickness, stiffness,
+    u, slots, linear, area, gradient, share, side, ratio, turn, edge, mirror, level, kappa, inverse, result, s, ds_de,
+    height, weight, stretch, thickness, stiffness,
 ):  # fmt: skip
     """Fills stiffness (m, 21, 21): derivative of the forces [N/mm]; unknowns 3 I + c for patch node I, 18 + i for the
     slope of side i.
@@ -360,23 +372,29 @@ def shell_stiffnesses(
     n_layers = height.shape[0]
     for tri in prange(slots.shape[0]):
         xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
-        dual, n, dr = np.empty((2, 3)), np.empty(3), np.empty((3, 4, 3))
+        own, dual, n, dr = np.empty((2, 3)), np.empty((2, 3)), np.empty(3), np.empty((3, 4, 3))
         hessian, steps = np.empty((12, 12)), np.empty((3, 3, 12))
         slope, f = np.empty(3), np.empty(3)
         d, b, db = np.empty((6, 6)), np.zeros((6, 21)), np.empty((6, 21))
         lin, grad, k_tri = linear[tri], gradient[tri], stiffness[tri]
         patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
-        surface_frame(xp, lin, dual, n)
+        surface_frame(xp, lin, own, dual, n)
         side_gradients(xp, grad, g)
         section_stiffness(
             s, ds_de, tri * n_layers, kappa[tri], inverse[tri], height, weight, stretch[tri], thickness, d
         )
         r = result[tri]
         # Strains from the unknowns.
+        for k in range(3):
+            g1, g2 = share[tri, 3] * lin[k, 0], share[tri, 3] * lin[k, 1]
+            for c in range(3):
+                b[0, 3 * k + c] = g1 * own[0, c]
+                b[1, 3 * k + c] = g2 * own[1, c]
+                b[2, 3 * k + c] = g1 * own[1, c] + g2 * own[0, c]
         for i in range(3):
             for a in range(4):
                 k = a if a < 3 else 3 + i
-                g1, g2 = grad[i, 0, k] / 3.0, grad[i, 1, k] / 3.0
+                g1, g2 = share[tri, i] * grad[i, 0, k], share[tri, i] * grad[i, 1, k]
                 for c in range(3):
                     b[0, 3 * k + c] += g1 * g[i, 0, c]
                     b[1, 3 * k + c] += g2 * g[i, 1, c]
@@ -384,7 +402,7 @@ def shell_stiffnesses(
             for v in range(3):
                 b[3 + v, 18 + i] = edge[tri, v, i]
         for i in range(3):
-            s_i, f[i] = slope_variation(i, g[i], side[tri, i], grad[i], lin, dual, n, away[i], dr[i])
+            s_i, f[i] = slope_variation(i, g[i], side[tri, i], ratio[tri, i], grad[i], lin, dual, n, away[i], dr[i])
             slope[i] = s_i / f[i]
             for a in range(4):
                 k = a if a < 3 else 3 + i
@@ -409,9 +427,12 @@ def shell_stiffnesses(
                 turning = 0.0
                 for i in range(3):
                     g1p, g2p, g1q, g2q = grad[i, 0, p], grad[i, 1, p], grad[i, 0, q], grad[i, 1, q]
-                    turning += r[0] * g1p * g1q + r[1] * g2p * g2q + r[2] * (g1p * g2q + g2p * g1q)
+                    turning += share[tri, i] * (r[0] * g1p * g1q + r[1] * g2p * g2q + r[2] * (g1p * g2q + g2p * g1q))
+                if q < 3:
+                    g1p, g2p, g1q, g2q = lin[p, 0], lin[p, 1], lin[q, 0], lin[q, 1]
+                    turning += share[tri, 3] * (r[0] * g1p * g1q + r[1] * g2p * g2q + r[2] * (g1p * g2q + g2p * g1q))
                 for c in range(3):
-                    k_tri[3 * p + c, 3 * q + c] += area[tri] / 3.0 * turning
+                    k_tri[3 * p + c, 3 * q + c] += area[tri] * turning
         # Turning moments.
         for i in range(3):
             moment = r[3] * turn[tri, 0, i] + r[4] * turn[tri, 1, i] + r[5] * turn[tri, 2, i]

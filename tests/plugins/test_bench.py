@@ -11,23 +11,32 @@ def test_shell_rows_carry_errors_against_the_published_answers(tmp_path):
     for kind in ("lattice", "unstructured"):
         assert [row["error"] < 0.01 for row in done if row["mesh"] == kind][-1]
     coarse, fine = (row for row in done if row["mesh"] == "lattice")
-    assert abs(fine["values"]["w"][2]) < 0.4 * abs(coarse["values"]["w"][2])  # second order: a quarter
+    assert fine["error"] < coarse["error"]
     assert bench_shell.line_of(fine)[0] == "cantilever"
     bench_shell.plot(done, tmp_path / "shell.png")
     assert (tmp_path / "shell.png").stat().st_size > 10_000
 
 
 def test_roll_up_by_an_edge_moment():
-    row = bench_shell.measure("roll-up", "lattice", 1)
-    assert row["error"] < 0.006
+    coarse, fine = (bench_shell.measure("roll-up", "lattice", k) for k in range(2))
+    assert fine["error"] < 0.006
+    assert fine["error"] == pytest.approx(0.25 * coarse["error"], rel=0.1)  # second order
+
+
+def test_a_coarse_curved_shell_does_not_lock():
+    # 81 nodes, 11 degrees a triangle; the metric of mean gradients was 20 % too stiff.
+    row = bench_shell.measure("hemisphere", "lattice", 0)
+    assert row["error"] < 0.05
 
 
 # The problems of docs/shell.md that the element meets within a per cent; the others are named there as not met.
 WITHIN_A_PER_CENT = [
     *(("cantilever", kind) for kind in bench_shell.MESHES),
     *(("roll-up", kind) for kind in bench_shell.MESHES),
+    *(("annular plate", kind) for kind in bench_shell.MESHES),
     ("hemisphere", "unstructured"),
     *(("open cylinder", kind) for kind in bench_shell.MESHES),
+    *(("semi-cylinder", kind) for kind in bench_shell.MESHES),
     *(("hinged roof", kind) for kind in bench_shell.MESHES),
     *(("thin hinged roof", kind) for kind in bench_shell.MESHES),
 ]

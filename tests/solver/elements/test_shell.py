@@ -113,6 +113,43 @@ def test_a_rigid_motion_makes_no_strain_and_turns_the_forces():
     assert np.cross(bent[:n], f1[:n]).sum(axis=0) == pytest.approx(0.0, abs=1e-9 * np.abs(f1).max())
 
 
+@pytest.mark.parametrize("distort", [0.0, 0.3])
+def test_folding_strains_no_triangle(distort):
+    # A sheet folded about a line of sides keeps all lengths: no membrane strain, and the slope across is tan(theta/2).
+    mesh, angle = square(4, 4.0, distort=0.0), np.radians(70.0)
+    # Inner nodes move along y only: the fold x = 2 stays straight.
+    inner = ((mesh.points[:, :2] > 0.0) & (mesh.points[:, :2] < 4.0)).all(axis=1)
+    mesh.points[inner, 1] += distort * np.random.default_rng(5).uniform(-1.0, 1.0, inner.sum())
+    elements = ElasticShell(mesh.points, mesh.cells).elements
+    u = np.vstack([mesh.points, np.zeros((elements.n_slopes, 3))])
+    beyond = np.maximum(mesh.points[:, 0] - 2.0, 0.0)
+    u[: len(mesh.points), 0] += (np.cos(angle) - 1.0) * beyond
+    u[: len(mesh.points), 2] += np.sin(angle) * beyond
+    elements._kinematics(u)
+    assert elements.metric == pytest.approx(np.tile([1.0, 1.0, 0.0], (len(mesh.cells), 1)), abs=1e-13)
+    if not distort:
+        away = np.abs(mesh.points[mesh.cells][:, :, 0] - 2.0)
+        at_fold = (away < 1e-9).sum(axis=1) == 2  # triangles of altitude 1 on the fold
+        turn = np.linalg.norm(elements.curvature, axis=1)
+        assert turn[at_fold] == pytest.approx(2.0 * np.tan(0.5 * angle), rel=1e-12)
+        assert turn[~at_fold] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_energy_of_bending_in_the_plane():
+    # Nodes of a lattice at the exact places of pure bending along its sides, L = n h: the energy is within (h/L)^2 of
+    # the exact one. Linear triangles without a part of their neighbours' metrics store 3.45 (h/L)^2 too much.
+    n, curvature = 24, 1e-5
+    mesh = square(n, float(n))
+    shell = ElasticShell(mesh.points, mesh.cells)
+    x, y = mesh.points[:, 0], mesh.points[:, 1] - 0.5 * n
+    u = shell.start.copy()
+    u[: shell.n_nodes, 0] += curvature * x * y
+    u[: shell.n_nodes, 1] -= 0.5 * curvature * (x**2 + POISSON * y**2)
+    energy, _, _ = shell.evaluate(u)
+    exact = 0.5 * YOUNG * THICKNESS * curvature**2 * n * n**3 / 12
+    assert energy == pytest.approx(exact, rel=1.0 / n**2)
+
+
 @pytest.mark.parametrize("distort", [0.0, 0.35])
 def test_no_spurious_mode(distort):
     # Six rigid ones and no other: theory_shell.md 12.8.
