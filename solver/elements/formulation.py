@@ -152,7 +152,7 @@ class ShellElements:
             self.resultants,
         )  # fmt: skip
         shell_forces(
-            sheet.u, p.slots, t.gradients, t.area, p.gradient, p.side, p.turn, p.edge, p.mirror, p.level,
+            sheet.u, p.slots, t.gradients, t.area, p.change, p.side, p.turn, p.edge, p.mirror, p.level,
             self.resultants, slot_force,
         )  # fmt: skip
 
@@ -202,7 +202,7 @@ class ShellElements:
     def _kinematics(self, u):
         p = self.patches
         shell_strains(
-            u, p.slots, self.triangles.gradients, p.gradient, p.side, p.turn, p.edge, p.mirror, p.level, self.metric,
+            u, p.slots, self.triangles.gradients, p.change, p.side, p.turn, p.edge, p.mirror, p.level, self.metric,
             self.curvature,
         )  # fmt: skip
 

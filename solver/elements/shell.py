@@ -12,12 +12,17 @@ Curvature k_v = T_vi (r_i + phi_i), T_vi = -2/h_i (nu_1^2, nu_2^2, 2 nu_1 nu_2)^
 r = s/f, s = g_nu . n, f = g_nu . a^nu, g_nu = nu_a g_a. Where the surface turns by theta between two equal triangles
 r = tan(theta/2), which grows with any fold; s alone is sin(theta)/2, whose moment vanishes as the fold closes. For
 small turns f = 1, and k_v = C_vI x_I . n of theory_shell.md 3.
+
+Along a side both of its triangles have the same gradient, so that g^i_a = a_a + nu^i_a q^i with one vector q^i, the
+change of the gradient across it, s = q . n and f = 1 + q . a^nu: strains and forces need no more, and stay scalars.
 """
 
 from math import sqrt
 
 import numpy as np
 from numba import njit, prange
+
+from .vectors import cross, dot, plus, scaled
 
 DOFS = 21  # 6 patch nodes of 3 translations, 3 edge slopes
 
@@ -81,64 +86,118 @@ def side_slope(g, side, dual, n, away):
     return s, f
 
 
-@njit(parallel=True, cache=True)
-def shell_strains(u, slots, linear, gradient, side, turn, edge, mirror, level, metric, kappa):
+@njit(forceinline=True)
+def node_place(u, slots, tri, k):
+    """Place of a node of a triangle."""
+    node = slots[tri, k]
+    return u[node, 0], u[node, 1], u[node, 2]
+
+
+@njit(forceinline=True)
+def is_mirrored(slots, tri, i):
+    """Whether a side sees the image of the triangle's own node."""
+    return slots[tri, 3 + i] == slots[tri, i]
+
+
+@njit(forceinline=True)
+def apex_place(u, slots, mirror, level, tri, i):
+    """Place of the apex across a side; 0 across a free one."""
+    if slots[tri, 3 + i] < 0:
+        return 0.0, 0.0, 0.0
+    x = node_place(u, slots, tri, 3 + i)
+    if not is_mirrored(slots, tri, i):
+        return x
+    m = (mirror[tri, i, 0], mirror[tri, i, 1], mirror[tri, i, 2])
+    return plus(x, -2.0 * (dot(m, x) - level[tri, i]), m)
+
+
+@njit(forceinline=True)
+def tangent_vectors(x0, x1, x2, linear, tri):
+    """a_1 and a_2 of a triangle with nodes at x0, x1, x2."""
+    a1 = plus(plus(scaled(linear[tri, 0, 0], x0), linear[tri, 1, 0], x1), linear[tri, 2, 0], x2)
+    a2 = plus(plus(scaled(linear[tri, 0, 1], x0), linear[tri, 1, 1], x1), linear[tri, 2, 1], x2)
+    return a1, a2
+
+
+@njit(forceinline=True)
+def side_change(x0, x1, x2, apex, change, tri, i):
+    """q of a side, from the triangle's nodes and the apex across."""
+    own = plus(plus(scaled(change[tri, i, 0], x0), change[tri, i, 1], x1), change[tri, i, 2], x2)
+    return plus(own, change[tri, i, 3], apex)
+
+
+@njit(forceinline=True)
+def inverse_and_normal(a1, a2):
+    """A11, A22, A12 of the inverse metric, and the unit normal."""
+    across = cross(a1, a2)
+    d = 1.0 / dot(across, across)
+    return dot(a2, a2) * d, dot(a1, a1) * d, -dot(a1, a2) * d, scaled(sqrt(d), across)
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def shell_strains(u, slots, linear, change, side, turn, edge, mirror, level, metric, kappa):
     """Mean metric and curvature of every triangle.
 
     u : (n + k, 3) node places, then edge slopes in the first column
     fills metric (m, 3) = C11 C22 C12 and kappa (m, 3) = [11, 22, 2*12] [1/mm]
     """
     for tri in prange(slots.shape[0]):
-        xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
-        dual, n = np.empty((2, 3)), np.empty(3)
-        patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
-        surface_frame(xp, linear[tri], dual, n)
-        side_gradients(xp, gradient[tri], g)
-        m11 = m22 = m12 = 0.0
+        x0, x1, x2 = node_place(u, slots, tri, 0), node_place(u, slots, tri, 1), node_place(u, slots, tri, 2)
+        a1, a2 = tangent_vectors(x0, x1, x2, linear, tri)
+        i11, i22, i12, n = inverse_and_normal(a1, a2)
+        m11 = m22 = m12 = k11 = k22 = k12 = 0.0
         for i in range(3):
-            for c in range(3):
-                m11 += g[i, 0, c] * g[i, 0, c]
-                m22 += g[i, 1, c] * g[i, 1, c]
-                m12 += g[i, 0, c] * g[i, 1, c]
-        metric[tri, 0], metric[tri, 1], metric[tri, 2] = m11 / 3.0, m22 / 3.0, m12 / 3.0
-        for v in range(3):
-            kappa[tri, v] = 0.0
-        for i in range(3):
-            s, f = side_slope(g[i], side[tri, i], dual, n, away[0])
+            q = side_change(x0, x1, x2, apex_place(u, slots, mirror, level, tri, i), change, tri, i)
+            n1, n2 = side[tri, i, 0], side[tri, i, 1]
+            q1, q2, qq = dot(q, a1), dot(q, a2), dot(q, q)
+            m11 += 2.0 * n1 * q1 + n1 * n1 * qq
+            m22 += 2.0 * n2 * q2 + n2 * n2 * qq
+            m12 += n1 * q2 + n2 * q1 + n1 * n2 * qq
+            r = dot(q, n) / (1.0 + n1 * (i11 * q1 + i12 * q2) + n2 * (i12 * q1 + i22 * q2))
             slope = slots[tri, 6 + i]
-            for v in range(3):
-                kappa[tri, v] += turn[tri, v, i] * s / f
-                if slope >= 0:
-                    kappa[tri, v] += edge[tri, v, i] * u[slope, 0]
+            phi = u[slope, 0] if slope >= 0 else 0.0
+            k11 += turn[tri, 0, i] * r + edge[tri, 0, i] * phi
+            k22 += turn[tri, 1, i] * r + edge[tri, 1, i] * phi
+            k12 += turn[tri, 2, i] * r + edge[tri, 2, i] * phi
+        metric[tri, 0] = dot(a1, a1) + m11 / 3.0
+        metric[tri, 1] = dot(a2, a2) + m22 / 3.0
+        metric[tri, 2] = dot(a1, a2) + m12 / 3.0
+        kappa[tri, 0], kappa[tri, 1], kappa[tri, 2] = k11, k22, k12
 
 
 @njit(forceinline=True)
-def third_form(k, a, c):
-    """Fills c (3,) = [c11, c22, 2 c12] of c = k A k. k : (3,) [11, 22, 2*12]; a : (3,) A11, A22, A12"""
-    k12 = 0.5 * k[2]
-    c[0] = k[0] * k[0] * a[0] + 2.0 * k[0] * k12 * a[2] + k12 * k12 * a[1]
-    c[1] = k12 * k12 * a[0] + 2.0 * k12 * k[1] * a[2] + k[1] * k[1] * a[1]
-    c[2] = 2.0 * (k[0] * k12 * a[0] + (k[0] * k[1] + k12 * k12) * a[2] + k12 * k[1] * a[1])
+def mixed(k1, k2, k3, a11, a22, a12):
+    """A k as 11, 12, 21, 22, from a curvature [11, 22, 2*12] and an inverse metric A."""
+    k12 = 0.5 * k3
+    return a11 * k1 + a12 * k12, a11 * k12 + a12 * k2, a12 * k1 + a22 * k12, a12 * k12 + a22 * k2
+
+
+@njit(forceinline=True)
+def third_form(k1, k2, k3, a11, a22, a12):
+    """[c11, c22, 2 c12] of c = k A k, k = [11, 22, 2*12]."""
+    b11, b12, b21, b22 = mixed(k1, k2, k3, a11, a22, a12)
+    return k1 * b11 + 0.5 * k3 * b21, 0.5 * k3 * b12 + k2 * b22, 2.0 * k1 * b12 + k3 * b22
 
 
 @njit(forceinline=True)
 def third_form_slope(k, a, j):
-    """Fills j (3, 3) = dc_v/dk_w."""
-    k12 = 0.5 * k[2]
-    j[0, 0], j[0, 1], j[0, 2] = 2.0 * (k[0] * a[0] + k12 * a[2]), 0.0, k[0] * a[2] + k12 * a[1]
-    j[1, 0], j[1, 1], j[1, 2] = 0.0, 2.0 * (k12 * a[2] + k[1] * a[1]), k12 * a[0] + k[1] * a[2]
-    j[2, 0], j[2, 1] = 2.0 * (k12 * a[0] + k[1] * a[2]), 2.0 * (k[0] * a[2] + k12 * a[1])
-    j[2, 2] = k[0] * a[0] + 2.0 * k12 * a[2] + k[1] * a[1]
+    """Fills j (3, 3) = dc_v/dk_w. k : (3,) [11, 22, 2*12]; a : (3,) A11, A22, A12"""
+    b11, b12, b21, b22 = mixed(k[0], k[1], k[2], a[0], a[1], a[2])
+    j[0, 0], j[0, 1], j[0, 2] = 2.0 * b11, 0.0, b21
+    j[1, 0], j[1, 1], j[1, 2] = 0.0, 2.0 * b22, b12
+    j[2, 0], j[2, 1], j[2, 2] = 2.0 * b12, 2.0 * b21, b11 + b22
 
 
 @njit(parallel=True, cache=True)
 def third_forms(kappa, inverse, form):
     """Fills form (m, 3) = c of every triangle. kappa : (m, 3); inverse : (m, 3) A11 A22 A12"""
     for tri in prange(kappa.shape[0]):
-        third_form(kappa[tri], inverse[tri], form[tri])
+        form[tri, 0], form[tri, 1], form[tri, 2] = third_form(
+            kappa[tri, 0], kappa[tri, 1], kappa[tri, 2], inverse[tri, 0], inverse[tri, 1], inverse[tri, 2]
+        )
 
 
-@njit(parallel=True, cache=True)
+@njit(parallel=True, cache=True, error_model="numpy")
 def layer_metrics(metric, kappa, metric0, kappa0, form0, inverse, height, stretch, layers):
     """Fills layers (m n_layers, 3): the metric C11 C22 C12 of each layer, relative to the initial shape.
 
@@ -147,19 +206,22 @@ def layer_metrics(metric, kappa, metric0, kappa0, form0, inverse, height, stretc
     """
     n_layers = height.shape[0]
     for tri in prange(metric.shape[0]):
-        c = np.empty(3)
-        third_form(kappa[tri], inverse[tri], c)
-        for v in range(3):
-            start = 1.0 if v < 2 else 0.0
-            twice = 2.0 if v < 2 else 1.0  # of the strain in the metric
-            flat = start + metric[tri, v] - metric0[tri, v]
-            bend, curl = twice * (kappa[tri, v] - kappa0[tri, v]), 0.5 * twice * (c[v] - form0[tri, v])
-            for layer in range(n_layers):
-                z = height[layer] * stretch[tri]
-                layers[tri * n_layers + layer, v] = flat + z * bend + z * z * curl
+        k1, k2, k3 = kappa[tri, 0], kappa[tri, 1], kappa[tri, 2]
+        c1, c2, c3 = third_form(k1, k2, k3, inverse[tri, 0], inverse[tri, 1], inverse[tri, 2])
+        # Twice the strain is in the metric, but the metric's shear is half of the strain's.
+        flat1, flat2 = 1.0 + metric[tri, 0] - metric0[tri, 0], 1.0 + metric[tri, 1] - metric0[tri, 1]
+        flat3 = metric[tri, 2] - metric0[tri, 2]
+        bend1, bend2, bend3 = 2.0 * (k1 - kappa0[tri, 0]), 2.0 * (k2 - kappa0[tri, 1]), k3 - kappa0[tri, 2]
+        curl1, curl2, curl3 = c1 - form0[tri, 0], c2 - form0[tri, 1], 0.5 * (c3 - form0[tri, 2])
+        for layer in range(n_layers):
+            z = height[layer] * stretch[tri]
+            p = tri * n_layers + layer
+            layers[p, 0] = flat1 + z * (bend1 + z * curl1)
+            layers[p, 1] = flat2 + z * (bend2 + z * curl2)
+            layers[p, 2] = flat3 + z * (bend3 + z * curl3)
 
 
-@njit(parallel=True, cache=True)
+@njit(parallel=True, cache=True, error_model="numpy")
 def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
     """Fills result (m, 6): normal forces N and moments M per unit initial length [N/mm, N].
 
@@ -167,20 +229,21 @@ def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
     """
     n_layers = height.shape[0]
     for tri in prange(result.shape[0]):
-        j, second = np.empty((3, 3)), np.zeros(3)
-        for v in range(6):
-            result[tri, v] = 0.0
+        force1 = force2 = force3 = moment1 = moment2 = moment3 = second1 = second2 = second3 = 0.0
         for layer in range(n_layers):
-            w = weight[layer] * thickness
-            z = height[layer] * stretch[tri]
-            for v in range(3):
-                stress = w * s[tri * n_layers + layer, v]
-                result[tri, v] += stress
-                result[tri, 3 + v] += z * stress
-                second[v] += 0.5 * z * z * stress
-        third_form_slope(kappa[tri], inverse[tri], j)
-        for w in range(3):
-            result[tri, 3 + w] += second[0] * j[0, w] + second[1] * j[1, w] + second[2] * j[2, w]
+            w, z, p = weight[layer] * thickness, height[layer] * stretch[tri], tri * n_layers + layer
+            s1, s2, s3 = w * s[p, 0], w * s[p, 1], w * s[p, 2]
+            force1, force2, force3 = force1 + s1, force2 + s2, force3 + s3
+            s1, s2, s3 = z * s1, z * s2, z * s3
+            moment1, moment2, moment3 = moment1 + s1, moment2 + s2, moment3 + s3
+            second1, second2, second3 = second1 + z * s1, second2 + z * s2, second3 + z * s3
+        b11, b12, b21, b22 = mixed(
+            kappa[tri, 0], kappa[tri, 1], kappa[tri, 2], inverse[tri, 0], inverse[tri, 1], inverse[tri, 2]
+        )
+        result[tri, 0], result[tri, 1], result[tri, 2] = force1, force2, force3
+        result[tri, 3] = moment1 + second1 * b11 + second3 * b12
+        result[tri, 4] = moment2 + second2 * b22 + second3 * b21
+        result[tri, 5] = moment3 + 0.5 * (second1 * b21 + second2 * b12 + second3 * (b11 + b22))
 
 
 @njit(forceinline=True)
@@ -264,43 +327,54 @@ def slope_second(i, side, gradient, linear, dual, n, away, r, f, dr, steps, hess
             hessian[p, q] = (hessian[p, q] - cross) / f
 
 
-@njit(parallel=True, cache=True)
-def shell_forces(u, slots, linear, area, gradient, side, turn, edge, mirror, level, result, force):
+@njit(parallel=True, cache=True, error_model="numpy")
+def shell_forces(u, slots, linear, area, change, side, turn, edge, mirror, level, result, force):
     """Fills force (m, 9, 3): forces of every triangle on its slots [N]; of an edge slope the first column.
 
-    result : (m, 6) resultants
+    result : (m, 6) resultants. With p_a = N_ab nu_b/3 and m = M_v T_v/f of a side, the force on its q is
+    p_a g_a + m (n - r a^nu), and on a_a p_a q - m (q^a + r s A^a_nu) n + m r q^a a^nu, q^a = q . a^a.
     """
     for tri in prange(slots.shape[0]):
-        xp, g, away = np.empty((6, 3)), np.empty((3, 2, 3)), np.empty((3, 3))
-        dual, n, dr = np.empty((2, 3)), np.empty(3), np.empty((4, 3))
-        patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
-        surface_frame(xp, linear[tri], dual, n)
-        side_gradients(xp, gradient[tri], g)
-        r = result[tri]
-        third = area[tri] / 3.0
-        for k in range(6):
-            for c in range(3):
-                force[tri, k, c] = 0.0
+        x0, x1, x2 = node_place(u, slots, tri, 0), node_place(u, slots, tri, 1), node_place(u, slots, tri, 2)
+        a1, a2 = tangent_vectors(x0, x1, x2, linear, tri)
+        i11, i22, i12, n = inverse_and_normal(a1, a2)
+        size = area[tri]
+        n11, n22, n12 = size * result[tri, 0], size * result[tri, 1], size * result[tri, 2]
+        m11, m22, m12 = size * result[tri, 3], size * result[tri, 4], size * result[tri, 5]
+        # Forces on a_1, a_2, and on the nodes through q.
+        h1, h2 = plus(scaled(n11, a1), n12, a2), plus(scaled(n12, a1), n22, a2)
+        f0 = f1 = f2 = (0.0, 0.0, 0.0)
         for i in range(3):
-            slope_variation(i, g[i], side[tri, i], gradient[tri, i], linear[tri], dual, n, away[0], dr)
-            moment = r[3] * turn[tri, 0, i] + r[4] * turn[tri, 1, i] + r[5] * turn[tri, 2, i]
-            for a in range(4):
-                k = a if a < 3 else 3 + i
-                for c in range(3):
-                    force[tri, k, c] += area[tri] * moment * dr[a, c]
-                w1 = third * (r[0] * gradient[tri, i, 0, k] + r[2] * gradient[tri, i, 1, k])
-                w2 = third * (r[1] * gradient[tri, i, 1, k] + r[2] * gradient[tri, i, 0, k])
-                for c in range(3):
-                    force[tri, k, c] += w1 * g[i, 0, c] + w2 * g[i, 1, c]
-        for i in range(3):
-            back = 0.0
-            for c in range(3):
-                back += mirror[tri, i, c] * force[tri, 3 + i, c]
-            for c in range(3):
-                force[tri, 3 + i, c] -= 2.0 * back * mirror[tri, i, c]
-                force[tri, 6 + i, c] = 0.0
-            for v in range(3):
-                force[tri, 6 + i, 0] += area[tri] * edge[tri, v, i] * r[3 + v]
+            q = side_change(x0, x1, x2, apex_place(u, slots, mirror, level, tri, i), change, tri, i)
+            nu1, nu2 = side[tri, i, 0], side[tri, i, 1]
+            low1, low2 = dot(q, a1), dot(q, a2)
+            q1, q2 = i11 * low1 + i12 * low2, i12 * low1 + i22 * low2
+            up1, up2 = i11 * nu1 + i12 * nu2, i12 * nu1 + i22 * nu2
+            up = plus(scaled(up1, a1), up2, a2)
+            s, f = dot(q, n), 1.0 + nu1 * q1 + nu2 * q2
+            r, m = s / f, (m11 * turn[tri, 0, i] + m22 * turn[tri, 1, i] + m12 * turn[tri, 2, i]) / f
+            p1, p2 = (n11 * nu1 + n12 * nu2) / 3.0, (n12 * nu1 + n22 * nu2) / 3.0
+            on_q = plus(plus(plus(scaled(p1, a1), p2, a2), p1 * nu1 + p2 * nu2, q), m, plus(n, -r, up))
+            h1 = plus(plus(plus(h1, p1, q), -m * (q1 + r * s * up1), n), m * r * q1, up)
+            h2 = plus(plus(plus(h2, p2, q), -m * (q2 + r * s * up2), n), m * r * q2, up)
+            f0, f1, f2 = (
+                plus(f0, change[tri, i, 0], on_q),
+                plus(f1, change[tri, i, 1], on_q),
+                plus(f2, change[tri, i, 2], on_q),
+            )
+            across = scaled(change[tri, i, 3], on_q)
+            if is_mirrored(slots, tri, i):
+                normal = (mirror[tri, i, 0], mirror[tri, i, 1], mirror[tri, i, 2])
+                across = plus(across, -2.0 * dot(normal, across), normal)
+            force[tri, 3 + i, 0], force[tri, 3 + i, 1], force[tri, 3 + i, 2] = across
+            force[tri, 6 + i, 0] = m11 * edge[tri, 0, i] + m22 * edge[tri, 1, i] + m12 * edge[tri, 2, i]
+            force[tri, 6 + i, 1] = force[tri, 6 + i, 2] = 0.0
+        f0 = plus(plus(f0, linear[tri, 0, 0], h1), linear[tri, 0, 1], h2)
+        f1 = plus(plus(f1, linear[tri, 1, 0], h1), linear[tri, 1, 1], h2)
+        f2 = plus(plus(f2, linear[tri, 2, 0], h1), linear[tri, 2, 1], h2)
+        force[tri, 0, 0], force[tri, 0, 1], force[tri, 0, 2] = f0
+        force[tri, 1, 0], force[tri, 1, 1], force[tri, 1, 2] = f1
+        force[tri, 2, 0], force[tri, 2, 1], force[tri, 2, 2] = f2
 
 
 @njit(forceinline=True)
