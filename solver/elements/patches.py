@@ -24,8 +24,8 @@ class Patches(NamedTuple):
 
     slots (m, 9): row of the unknown in each slot, -1 where there is none
     gradient (m, 3, 2, 6): mid-side gradient of side i along axis a from patch node I [1/mm]
-    change (m, 3, 4): q^i from the triangle's nodes and the apex across side i [1/mm]: along a side both of its triangles
-        have the same gradient, so that G^i_aI = L_I,a + nu_a q^i_I
+    change (m, 3, 4): of the gradient across side i, from the triangle's nodes and the apex [1/mm]: both triangles of a
+        side have the same gradient along it, so that G^i_aI = L_I,a + nu_a q^i_I
     side (m, 3, 2): outward normal of side i; turn (m, 3, 3): curvature [11, 22, 2*12] from its slope [1/mm]
     edge (m, 3, 3): curvature [11, 22, 2*12] from the slope of side i [1/mm^2 for slopes in mm]
     mirror (m, 3, 3), level (m, 3): unit normal and place of the plane that side i is mirrored at, 0 without
