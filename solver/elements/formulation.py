@@ -160,7 +160,7 @@ class ShellElements:
         """Fill the stiffness of every triangle (m, 21, 21) [N/mm], of the state whose forces were asked for last."""
         t, p = self.triangles, self.patches
         shell_stiffnesses(
-            sheet.u, p.slots, t.gradients, t.area, p.gradient, p.side, p.turn, p.edge, p.mirror, p.level,
+            sheet.u, p.slots, t.gradients, t.area, p.change, p.side, p.turn, p.edge, p.mirror, p.level,
             self.curvature, self.inverse, self.resultants, sheet.second_stress, sheet.tangent, self.height, self.weight,
             self.stretch, self.thickness, stiffness,
         )  # fmt: skip

@@ -23,9 +23,8 @@ class Patches(NamedTuple):
     """m triangles, n nodes, k edge slopes.
 
     slots (m, 9): row of the unknown in each slot, -1 where there is none
-    gradient (m, 3, 2, 6): mid-side gradient of side i along axis a from patch node I [1/mm]
     change (m, 3, 4): of the gradient across side i, from the triangle's nodes and the apex [1/mm]: both triangles of a
-        side have the same gradient along it, so that G^i_aI = L_I,a + nu_a q^i_I
+        side have the same gradient along it, so that the mid-side gradient is G^i_aI = L_I,a + nu_a q^i_I
     side (m, 3, 2): outward normal of side i; turn (m, 3, 3): curvature [11, 22, 2*12] from its slope [1/mm]
     edge (m, 3, 3): curvature [11, 22, 2*12] from the slope of side i [1/mm^2 for slopes in mm]
     mirror (m, 3, 3), level (m, 3): unit normal and place of the plane that side i is mirrored at, 0 without
@@ -33,7 +32,6 @@ class Patches(NamedTuple):
     """
 
     slots: np.ndarray
-    gradient: np.ndarray
     change: np.ndarray
     side: np.ndarray
     turn: np.ndarray
@@ -155,7 +153,7 @@ def build_patches(points, membranes, size, planes, clamped):
     change = np.concatenate([change[:, :, :3], np.einsum("mii->mi", change[:, :, 3:])[:, :, None]], axis=2)
     slots = np.concatenate([cells, apex, np.where(wants_slope, n + slope, -1)], axis=1)
     slots = np.ascontiguousarray(slots, dtype=np.int64)
-    return Patches(slots, gradient, np.ascontiguousarray(change), normal, turn, edge, mirror, level, n_slopes)
+    return Patches(slots, np.ascontiguousarray(change), normal, turn, edge, mirror, level, n_slopes)
 
 
 def number_slopes(tri_across, node_across, wanted):

@@ -60,6 +60,17 @@ def surface_frame(xp, linear, dual, n):
 
 
 @njit(forceinline=True)
+def mid_side_operators(linear, change, side, gradient):
+    """Fills gradient (3, 2, 6): G^i_aI of one triangle."""
+    for i in range(3):
+        for a in range(2):
+            for k in range(3):
+                gradient[i, a, k] = linear[k, a] + side[i, a] * change[i, k]
+                gradient[i, a, 3 + k] = 0.0
+            gradient[i, a, 3 + i] = side[i, a] * change[i, 3]
+
+
+@njit(forceinline=True)
 def side_gradients(xp, gradient, g):
     """Fills g (3, 2, 3): mid-side gradients g^i_a of one triangle."""
     for i in range(3):
@@ -422,7 +433,7 @@ def section_stiffness(s, ds_de, first, k, a, height, weight, stretch, thickness,
 
 @njit(parallel=True, cache=True)
 def shell_stiffnesses(
-    u, slots, linear, area, gradient, side, turn, edge, mirror, level, kappa, inverse, result, s, ds_de, height, weight,
+    u, slots, linear, area, change, side, turn, edge, mirror, level, kappa, inverse, result, s, ds_de, height, weight,
     stretch, thickness, stiffness,
 ):  # fmt: skip
     """Fills stiffness (m, 21, 21): derivative of the forces [N/mm]; unknowns 3 I + c for patch node I, 18 + i for the
@@ -438,7 +449,8 @@ def shell_stiffnesses(
         hessian, steps = np.empty((12, 12)), np.empty((3, 3, 12))
         slope, f = np.empty(3), np.empty(3)
         d, b, db = np.empty((6, 6)), np.zeros((6, 21)), np.empty((6, 21))
-        lin, grad, k_tri = linear[tri], gradient[tri], stiffness[tri]
+        lin, grad, k_tri = linear[tri], np.empty((3, 2, 6)), stiffness[tri]
+        mid_side_operators(lin, change[tri], side[tri], grad)
         patch_positions(u, slots[tri], mirror[tri], level[tri], xp)
         surface_frame(xp, lin, dual, n)
         side_gradients(xp, grad, g)
