@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-from .contact.feet import feet_per_node
+from .contact.feet import feet_per_node, tight_radius
 from .elements.formulation import Shell
+from .errors import SceneError
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Plan:
 
 
 def plan(scene, method=None):
-    """Plan of a scene, and of the method that runs it."""
+    """Plan of a scene, and of the method that runs it. Raises SceneError where the method cannot run it."""
     blank, material = scene.blank, scene.blank.material
     n_nodes, n_tris = len(blank.mesh.points), len(blank.mesh.cells)
     kind = "shell" if isinstance(blank.element, Shell) else "membrane"
@@ -76,6 +77,12 @@ def plan(scene, method=None):
             skips.append((f"stage {stage.name!r}, friction", f"none given for {', '.join(frictionless)}"))
     for name, tool in scene.tools.items():
         if feet_per_node(tool.surface, blank.thickness) > 1:
+            if method is not None and not method.several_feet:
+                raise SceneError(
+                    f"tool {name}: found a corner of radius {tool.surface.tightest():.3g} mm, where a node can touch "
+                    f"several walls; expected above {tight_radius(blank.thickness):.3g} mm, or the implicit method: "
+                    "explicit contact knows the nearest wall only"
+                )
             runs.append((f"contact with {name}", "up to three feet per node: it has corners below half the thickness"))
     if not any(feet_per_node(tool.surface, blank.thickness) > 1 for tool in scene.tools.values()):
         skips.append(("further feet of a node", "no tool has a corner below half the thickness"))

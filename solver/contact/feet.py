@@ -14,13 +14,18 @@ THICKER = 1.25  # a sheet may become thicker by a quarter where it is drawn in
 SAME_WALL = 0.7  # cosine between normals of one foot before and after an increment, at least
 
 
+def tight_radius(thickness):
+    """Radius of a hollow up to which a node can touch it in several places [mm]."""
+    return 0.5 * THICKER * thickness
+
+
 def feet_per_node(surface, thickness):
     """How many feet of a node are looked for: 1, or 3 where a hollow of the surface is tighter than half the sheet.
 
     thickness : mm
     """
     tightest = getattr(surface, "tightest", None)
-    return MOST if tightest is not None and tightest() <= 0.5 * THICKER * thickness else 1
+    return MOST if tightest is not None and tightest() <= tight_radius(thickness) else 1
 
 
 def sort_feet(surface, points, nodes, hit, reach, before):

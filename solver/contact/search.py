@@ -5,6 +5,27 @@ place therefore bounds it from below at any other, and only nodes whose bound le
 """
 
 import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def take_rows(table, rows, taken):
+    """Fills taken (k, c) with these rows (k,) of a table (n, c)."""
+    for k in range(len(rows)):
+        for c in range(table.shape[1]):
+            taken[k, c] = table[rows[k], c]
+
+
+@njit(cache=True)
+def put_rows(points, distance, seed, rows, place, last, seeds):
+    """Writes points (k, 3), distance (k,), seed (k, c) into these rows of place (n, 3), last (n,), seeds (n, c)."""
+    for k in range(len(rows)):
+        row = rows[k]
+        last[row] = distance[k]
+        for c in range(3):
+            place[row, c] = points[k, c]
+        for c in range(seeds.shape[1]):
+            seeds[row, c] = seed[k, c]
 
 
 class Neighbourhood:
@@ -19,7 +40,11 @@ class Neighbourhood:
 
     def seeds(self, nodes):
         """Where the last searches of these nodes ended, or None before the first."""
-        return None if self.seed is None else self.seed[nodes]
+        if self.seed is None:
+            return None
+        found = np.empty((len(nodes), *self.seed.shape[1:]), dtype=self.seed.dtype)
+        take_rows(self.seed.reshape(len(self.seed), -1), nodes, found.reshape(len(nodes), -1))
+        return found
 
     def project(self, points, reach):
         """Exact projection of the nodes that may lie closer than their reach.
@@ -38,7 +63,8 @@ class Neighbourhood:
         hit = self.surface.project(points, self.seeds(nodes))
         if self.seed is None:
             self.seed = np.zeros((len(self.distance), *hit.seed.shape[1:]), dtype=hit.seed.dtype)
-        self.place[nodes] = points
-        self.distance[nodes] = hit.distance
-        self.seed[nodes] = hit.seed
+        put_rows(
+            points, hit.distance, hit.seed.reshape(len(nodes), -1), nodes, self.place, self.distance,
+            self.seed.reshape(len(self.seed), -1),
+        )  # fmt: skip
         return hit

@@ -65,11 +65,11 @@ def gather_forces(slot_force, first, slot, force):
     """Fills force (n, 3) with the sum over each row's slots of slot_force (m, k, 3)."""
     slots = slot_force.reshape(-1, 3)
     for row in prange(force.shape[0]):
-        for c in range(3):
-            total = 0.0
-            for k in range(first[row], first[row + 1]):
-                total += slots[slot[k], c]
-            force[row, c] = total
+        f1 = f2 = f3 = 0.0
+        for k in range(first[row], first[row + 1]):
+            place = slot[k]
+            f1, f2, f3 = f1 + slots[place, 0], f2 + slots[place, 1], f3 + slots[place, 2]
+        force[row, 0], force[row, 1], force[row, 2] = f1, f2, f3
 
 
 @njit(parallel=True, cache=True)

@@ -74,9 +74,9 @@ def through_thickness(
             for layer in range(n_layers):
                 p = tri * n_layers + layer
                 mean += weight[layer] * thickness_strain[p]
-                density = 0.0
-                for i in range(3):
-                    density += (stress[p, i] + stress_new[p, i]) * (strain_new[p, i] - strain[p, i])
+                density = (stress[p, 0] + stress_new[p, 0]) * (strain_new[p, 0] - strain[p, 0])
+                density += (stress[p, 1] + stress_new[p, 1]) * (strain_new[p, 1] - strain[p, 1])
+                density += (stress[p, 2] + stress_new[p, 2]) * (strain_new[p, 2] - strain[p, 2])
                 work += weight[layer] * density
             thickness[tri] = initial * np.exp(mean)
             total += 0.5 * volume[tri] * work

@@ -34,22 +34,28 @@ def law_of(contact, dt):
 
 
 @njit(cache=True)
-def wake(points, n, shift, place, distance, reach, near):
-    """Fills near with the nodes that may lie closer to the tool than their reach; returns how many.
+def wake(points, shift, place, distance, reach, before, normal_force, tau, status, near, local):
+    """Fills near with the nodes that may lie closer to the tool than their reach, and local (n, 3) with their places in
+    the tool's frame; opens those that were near before. Returns how many.
 
     points : the first n rows are nodes; shift : (3,) travel of the tool; place (n, 3), distance (n,): where each was
     projected last, in the tool's frame, and how far from it; the distance changes by no more than the node moves.
     """
+    for k in range(before.shape[0]):
+        node = before[k]
+        normal_force[node], status[node] = 0.0, OPEN
+        tau[node, 0] = tau[node, 1] = tau[node, 2] = 0.0
     count = 0
-    for node in range(n):
+    s1, s2, s3 = shift[0], shift[1], shift[2]
+    for node in range(reach.shape[0]):
+        x1, x2, x3 = points[node, 0] - s1, points[node, 1] - s2, points[node, 2] - s3
         slack = distance[node] - reach[node]
         if slack > 0.0:
-            moved = 0.0
-            for c in range(3):
-                moved += (points[node, c] - shift[c] - place[node, c]) ** 2
+            moved = (x1 - place[node, 0]) ** 2 + (x2 - place[node, 1]) ** 2 + (x3 - place[node, 2]) ** 2
             if moved < slack * slack:
                 continue
         near[count] = node
+        local[count, 0], local[count, 1], local[count, 2] = x1, x2, x3
         count += 1
     return count
 
@@ -145,36 +151,28 @@ def meet_tool(
 
 
 @njit(cache=True)
-def contact_work(near, normal_force, normal, tau, lost, v, v_new, w, dtm, mass, total):
-    """Fills total (7,): work of the tool, lost in contact, lost in friction [mJ]; impulse on the sheet (3,) [N s]; mass
-    of the touching nodes [tonne]."""
-    total[:] = 0.0
+def contact_work(near, normal_force, normal, tau, lost, v, v_new, w, axis, dtm, mass, impulse):
+    """Adds the impulse on the tool (3,) [N s]. Returns work of the tool, lost in contact, lost in friction [mJ], the
+    force on the sheet along the tool's axis [N], mass of the touching nodes [tonne]."""
+    driven = collided = rubbed = along = touching = 0.0
     for k in range(near.shape[0]):
         node = near[k]
         if normal_force[node] == 0.0:
             continue
-        total[6] += mass[node]
+        touching += mass[node]
         by_path = lost[node] == BY_PATH
         if not by_path:
-            total[1] += lost[node]
+            collided += lost[node]
         for c in range(3):
             push = normal_force[node] * normal[node, c]
             path = (0.5 * (v[node, c] + v_new[node, c]) - w[c]) * dtm
-            total[0] += (push + tau[node, c]) * w[c] * dtm
+            driven += (push + tau[node, c]) * w[c] * dtm
             if by_path:
-                total[1] -= push * path
-            total[2] -= tau[node, c] * path
-            total[3 + c] += (push + tau[node, c]) * dtm
-
-
-@njit(cache=True)
-def release(near, normal_force, tau, status):
-    """Opens these nodes."""
-    for k in range(near.shape[0]):
-        node = near[k]
-        normal_force[node], status[node] = 0.0, OPEN
-        for c in range(3):
-            tau[node, c] = 0.0
+                collided -= push * path
+            rubbed -= tau[node, c] * path
+            along += (push + tau[node, c]) * axis[c]
+            impulse[c] -= (push + tau[node, c]) * dtm
+    return driven, collided, rubbed, along, touching
 
 
 class ToolContact:
@@ -188,9 +186,10 @@ class ToolContact:
         self.run, self.contact, self.inertia = run, contact, inertia
         self.law, self.parameter = law
         self.mass, self.free = mass, free
-        self.room = np.empty(len(mass), dtype=np.int64), np.empty(len(mass), dtype=np.int64)
-        self.near = self.room[0][:0]
-        self.total, self.lost = np.zeros(7), np.zeros(len(mass))
+        n = len(contact.status)
+        self.room = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+        self.near, self.local = self.room[0][:0], np.empty((n, 3))
+        self.lost = np.zeros(n)
         self.velocity = 0.0  # along the axis [mm/s]
         # Of the sheet along the axis, in the last step and the one before [N], and the mass that felt it.
         self.reaction = self.reaction_before = float(contact.force @ run.axis)
@@ -220,16 +219,17 @@ class ToolContact:
         shift, points = contact.travel[0] * self.run.axis, u_new
         if self.law == PENALTY:
             shift, points = shift - dt * w, u
-        release(self.near, contact.normal_force, contact.friction_force, contact.status)
         self.room = self.room[::-1]
-        n = len(half_thickness)
-        count = wake(points, n, shift, watch.place, watch.distance, half_thickness, self.room[0])
+        count = wake(
+            points, shift, watch.place, watch.distance, half_thickness, self.near, contact.normal_force,
+            contact.friction_force, contact.status, self.room[0], self.local,
+        )  # fmt: skip
         self.near = near = self.room[0][:count]
-        watch.n_asked += n
+        watch.n_asked += len(half_thickness)
         watch.n_projected += count
         if not count:
             return
-        hit = watch.project_these(near, points[near] - shift)
+        hit = watch.project_these(near, self.local[:count])
         meet_tool(
             self.law, self.parameter, near, hit.distance, hit.normal, half_thickness, self.mass, self.free,
             self.run.tool.mu, w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force, contact.normal,
@@ -238,18 +238,15 @@ class ToolContact:
 
     def work(self, v, v_new, dtm, sums):
         """Add the step's work of the tool, contact and friction to sums [mJ], once all tools have been met."""
-        contact = self.contact
-        w = self.velocity * self.run.axis
-        contact_work(
-            self.near, contact.normal_force, contact.normal, contact.friction_force, self.lost, v, v_new, w, dtm,
-            self.mass, self.total,
+        contact, axis = self.contact, self.run.axis
+        driven, collided, rubbed, along, self.touching = contact_work(
+            self.near, contact.normal_force, contact.normal, contact.friction_force, self.lost, v, v_new,
+            self.velocity * axis, axis, dtm, self.mass, self.impulse,
         )  # fmt: skip
-        sums["external"] += self.total[0]
-        sums["contact"] += self.total[1]
-        sums["friction"] += self.total[2]
-        self.impulse -= self.total[3:6]
-        self.reaction_before, self.reaction = self.reaction, -float(self.total[3:6] @ self.run.axis) / dtm
-        self.touching = float(self.total[6])
+        sums["external"] += driven
+        sums["contact"] += collided
+        sums["friction"] += rubbed
+        self.reaction_before, self.reaction = self.reaction, -along
 
     def record(self, half_thickness, span):
         """Finish the contact's state: its force is the mean over the span [s] since the last record."""
