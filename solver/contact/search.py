@@ -43,7 +43,8 @@ class Neighbourhood:
         if self.seed is None:
             return None
         found = np.empty((len(nodes), *self.seed.shape[1:]), dtype=self.seed.dtype)
-        take_rows(self.seed.reshape(len(self.seed), -1), nodes, found.reshape(len(nodes), -1))
+        width = self.seed[0].size
+        take_rows(self.seed.reshape(-1, width), nodes, found.reshape(-1, width))
         return found
 
     def project(self, points, reach):
@@ -63,8 +64,9 @@ class Neighbourhood:
         hit = self.surface.project(points, self.seeds(nodes))
         if self.seed is None:
             self.seed = np.zeros((len(self.distance), *hit.seed.shape[1:]), dtype=hit.seed.dtype)
+        width = self.seed[0].size
         put_rows(
-            points, hit.distance, hit.seed.reshape(len(nodes), -1), nodes, self.place, self.distance,
-            self.seed.reshape(len(self.seed), -1),
+            points, hit.distance, hit.seed.reshape(-1, width), nodes, self.place, self.distance,
+            self.seed.reshape(-1, width),
         )  # fmt: skip
         return hit

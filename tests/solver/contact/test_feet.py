@@ -247,8 +247,8 @@ def test_further_feet_survive_a_checkpoint(tmp_path):
         foot.friction_force[:] = rng.standard_normal(foot.friction_force.shape)
         foot.status[:] = rng.integers(0, 3, len(foot.status))
     place = March(0.5, 0.1, np.zeros(sheet.held.shape), {"DIE": 0.0}, {"DIE": (0.0, 0.0)})
-    save_checkpoint(tmp_path / "here.h5", scene, (0, place), first, Results(None), Energy(sheet))
-    load_checkpoint(tmp_path / "here.h5", scene, second, Results(None), Energy(sheet))
+    save_checkpoint(tmp_path / "here.h5", scene, Implicit(), (0, place), first, Results(None), Energy())
+    load_checkpoint(tmp_path / "here.h5", scene, Implicit(), second, Results(None), Energy())
     third = first_state(scene, sheet, Implicit())
     third.copy_from(first)
     for mine, loaded, copied in zip(*(state.tools["DIE"].feet for state in (first, second, third))):
