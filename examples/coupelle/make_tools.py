@@ -12,7 +12,7 @@
 The founding paper shows a 'coupelle', the cup that bears a car's suspension spring, and gives no dimensions. These are
 ours: one smooth profile for the middle of the formed sheet, from the raised seat on the axis over a valley and a
 flaring wall to the flange. Punch and die are that profile moved by half the sheet and half the clearance to either
-side, so that they match at the end of the stroke. Their faces are B-splines turned about the axis.
+side, so that they match where they close. Their faces are B-splines turned about the axis.
 """
 
 import re

@@ -23,13 +23,11 @@ class Increments:
 
     first : travel of the leading tool, relative to the thickness
     largest : of the same, relative to the mesh size
-    smallest : relative to the stage; below it the run stops
     swift, slow : iterations up to which the next increment grows, above which it shrinks
     """
 
     first: float = 0.1
     largest: float = 0.5
-    smallest: float = 1e-7
     swift: int = 10
     slow: int = 18
 
