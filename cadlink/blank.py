@@ -18,6 +18,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from cadlink.blank_edges import ON_PLANE, edge_groups, nodes_on_planes
 from cadlink.errors import CadError
+from cadlink.flatness import bow
 from cadlink.lattice import (
     lattice_equilateral,
     lattice_quarter_disc,
@@ -37,7 +38,7 @@ AXES = "xyz"
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A flat blank.
+    """A blank.
 
     points : (n, 3) mm
     cells : (m, 3) triangles or (m, 4) quadrilaterals, counter-clockwise seen from the tip of the normal
@@ -66,7 +67,9 @@ class Mesh:
         return 0.5 * np.cross(first, second) @ self.normal
 
 
-def mesh_blank(outline, size, *, arrangement="unstructured", shape="triangle", symmetry=(), z=None, timeout=120.0):
+def mesh_blank(
+    outline, size, *, arrangement="unstructured", shape="triangle", symmetry=(), z=None, flatness=0.0, timeout=120.0
+):  # fmt: skip
     """A flat blank as a mesh, ready to be formed.
 
     outline : Rectangle, Disc, Polygon; or a Part (or FaceOutline) that is a plate or a planar face.
@@ -77,12 +80,14 @@ def mesh_blank(outline, size, *, arrangement="unstructured", shape="triangle", s
     shape : "triangle" or "quad"
     symmetry : axes whose plane through the origin halves the blank: ("x",) keeps x >= 0, ("x", "y") a quarter
     z : height of the mesh [mm]; None leaves a part where it is, and other outlines at 0
+    flatness : how far from flat the blank is delivered [mm]: it rises from its plane by at most that, smoothly, along the
+        normal, or against it where negative (cadlink.flatness); 0 is perfectly flat
     timeout : seconds gmsh may take
     returns : Mesh. Nodes on a symmetry plane are on it exactly; the same input gives the same mesh;
         neighbouring cells and nodes have near numbers
     raises : CadError where the input is wrong, cannot be structured, is not symmetric, or where gmsh fails
     """
-    _check_choices(size, arrangement, shape, z, timeout)
+    _check_choices(size, arrangement, shape, z, flatness, timeout)
     outline, frame = _placed(outline, z)
     cuts = _half_planes(symmetry, frame.axes)
     expected = outline.area / size**2 / 2 ** len(cuts) * (2.0 if shape == "triangle" else 1.0)
@@ -96,7 +101,7 @@ def mesh_blank(outline, size, *, arrangement="unstructured", shape="triangle", s
 
     xy, planes = nodes_on_planes(xy, cuts)
     groups = edge_groups(xy, cells, planes, loops, outline.center)
-    points = frame.origin + xy @ frame.axes[:2]
+    points = frame.origin + xy @ frame.axes[:2] + np.outer(bow(xy @ _along(cuts), flatness), frame.axes[2])
     for name, nodes in planes.items():
         points[nodes, AXES.index(name)] = 0.0
     return Mesh(points, cells, groups, frame.axes[2], frame.thickness)
@@ -112,7 +117,7 @@ class _Frame:
     thickness: float | None = None
 
 
-def _check_choices(size, arrangement, shape, z, timeout):
+def _check_choices(size, arrangement, shape, z, flatness, timeout):
     for name, value in (("size", size), ("timeout", timeout)):
         if not _is_number(value) or not value > 0.0:
             raise CadError(f"mesh_blank {name}: expected a number > 0, got {value!r}")
@@ -126,6 +131,8 @@ def _check_choices(size, arrangement, shape, z, timeout):
         raise CadError(f"mesh_blank shape: an equilateral lattice is of triangles, got {shape!r}")
     if z is not None and not _is_number(z):
         raise CadError(f"mesh_blank z: expected a height in mm, got {z!r}")
+    if not _is_number(flatness):
+        raise CadError(f"mesh_blank flatness: expected a height in mm, got {flatness!r}")
 
 
 def _is_number(value):
@@ -158,6 +165,12 @@ def _half_planes(symmetry, axes):
             raise CadError(f"mesh_blank symmetry: the plane {name} = 0 is not perpendicular to the blank")
         cuts[name] = direction
     return cuts
+
+
+def _along(cuts):
+    """Axes in the plane of the outline (2, 2), as columns, the first across a symmetry plane where there is one."""
+    x, y = next(iter(cuts.values()), np.array([1.0, 0.0]))
+    return np.array([[x, -y], [y, x]])
 
 
 # ---- structured

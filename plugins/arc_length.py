@@ -28,7 +28,7 @@ def follow(scene, method, farthest, *, last=1.0, first=0.02, n_steps=400):
     """
     sheet = build_sheet(scene.blank)
     old, new = (first_state(scene, sheet, method) for _ in range(2))
-    equilibrium = Equilibrium(sheet, scene.stages[0], [], method, old.sheet.x)
+    equilibrium = Equilibrium(sheet, scene.stages[0], [], method, old)
     solver = SparseSolver(sheet.pattern.block_row, sheet.pattern.block_column, ~equilibrium.fixed)
     equilibrium.begin(old, new)
     equilibrium.evaluate(old, new, 1.0)

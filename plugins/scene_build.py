@@ -81,6 +81,7 @@ def build_blank(keys, parts):
             arrangement=described.arrangement,
             symmetry=tuple(described.symmetry),
             z=described.outline.z if described.outline else None,
+            flatness=described.flatness,
         )
     thickness = described.thickness or mesh.thickness
     if thickness is None:

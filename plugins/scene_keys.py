@@ -69,6 +69,7 @@ class Blank(Table):
     arrangement: Literal["structured", "equilateral", "unstructured"] = "structured"
     symmetry: list[Literal["x", "y"]] = []
     thickness: PositiveLength | None = None
+    flatness: Length = 0.0
     element: Literal["shell", "membrane"] = "shell"
     layers: Layers | None = None
     rolling: Direction = (1.0, 0.0, 0.0)

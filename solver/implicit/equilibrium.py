@@ -45,9 +45,10 @@ class Tangent(NamedTuple):
 class Equilibrium:
     """One stage of one sheet: residual and tangent of any trial state."""
 
-    def __init__(self, sheet, stage, tools, method, x):
+    def __init__(self, sheet, stage, tools, method, old):
         self.sheet, self.stage, self.tools = sheet, stage, tools
         self.driven = [run for run in tools if run.load > 0.0]
+        self.pressed = {run.tool.name: bool(old.tools[run.tool.name].touching.any()) for run in self.driven}
         self.method = method
         n, elements = len(sheet.points), sheet.elements
         m, k = elements.slots.shape
@@ -68,7 +69,7 @@ class Equilibrium:
                     self.fixed[sheet.blank.nodes_of(group), axis] = True
         if stage.is_springback:
             planes = [AXES.index(axis) for axis in sheet.blank.symmetry_planes]
-            self.fixed[tuple(least_supports(x, self.fixed[:n], planes, bool(sheet.blank.clamped)))] = True
+            self.fixed[tuple(least_supports(old.sheet.x, self.fixed[:n], planes, bool(sheet.blank.clamped)))] = True
 
     def unbalanced(self, old):
         """Forces that are no longer in balance where a stage starts, (n + k, 3) [N]: those in the sheet without the
@@ -84,6 +85,10 @@ class Equilibrium:
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
         self.follow_tools(old, new)
         self.sheet.elements.begin(old.sheet, new.sheet, self.sheet.blank.material, self.method)
+
+    def load(self, run, fraction):
+        """Force of a driven tool [N]: one that meets the sheet in this stage presses harder and harder before it."""
+        return run.load if self.pressed[run.tool.name] else min(1.0, 1.0 + fraction) * run.load
 
     def follow_tools(self, old, new):
         """Put predicted nodes on the tools of prescribed motion, along the exact curvature and with the thickness of
@@ -126,7 +131,9 @@ class Equilibrium:
             residual[:n] -= drag(self.damping, self.sheet, old, new)
         scale = max(np.linalg.norm(f) for f in (sheet.internal, sheet.external, self.contact))
         residual[self.fixed] = 0.0
-        balance = [run.press * run.load + new.tools[run.tool.name].force @ run.axis for run in self.driven]
+        balance = [
+            run.press * self.load(run, fraction) + new.tools[run.tool.name].force @ run.axis for run in self.driven
+        ]
         return residual, np.array(balance), scale
 
     def _touch(self, run, old, new):

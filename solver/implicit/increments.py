@@ -68,7 +68,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
 
     tools : ToolRuns; stops : rising fractions that increments end at exactly. Raises StepFailed.
     """
-    equilibrium = Equilibrium(sheet, stage, tools, method, old.sheet.x)
+    equilibrium = Equilibrium(sheet, stage, tools, method, old)
     solver = SparseSolver(sheet.pattern.block_row, sheet.pattern.block_column, ~equilibrium.fixed)
     first, largest = widths(stage, sheet, method.increments)
     floor = 1e-3 * sheet.blank.material.initial_yield_stress * sheet.blank.thickness * sheet.size

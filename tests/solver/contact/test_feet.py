@@ -81,7 +81,6 @@ def in_a_corner(mu, walls):
     stiffness = 2.0e4 * sheet.area
     hood = Neighbourhood(walls, 9)
     runs = [ToolRun(tools[0], tools[0].unit_axis, 0.0, -1.0, 900.0, stiffness, 0.1 * stiffness, hood)]
-    equilibrium = Equilibrium(sheet, Stage(tools), runs, Implicit(), sheet.points)
     old, new = (
         State(new_sheet(sheet.points, 0, len(sheet.elements.point_volume)), {"DIE": new_contact(9, 3)})
         for _ in range(2)
@@ -90,6 +89,7 @@ def in_a_corner(mu, walls):
     at = np.array([0.5, 0.5, 0.5]) - 4e-3 * rng.uniform(0.5, 1.0, (9, 3))
     old.sheet.x[:] = at
     old.tools["DIE"].travel[0] = 0.0
+    equilibrium = Equilibrium(sheet, Stage(tools), runs, Implicit(), old)
     equilibrium.begin(old, new)
     equilibrium.half_thickness[:] = 0.5 * T
     equilibrium.evaluate(old, old, 1.0)

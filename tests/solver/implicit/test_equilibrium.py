@@ -28,11 +28,11 @@ def pressed_sheet(mu, element):
         ToolRun(t, t.unit_axis, 0.0, -1.0, t.force or 0.0, stiffness, 0.1 * stiffness, Neighbourhood(t.surface, 9))
         for t in tools
     ]
-    equilibrium = Equilibrium(sheet, Stage(tools, pressure=3.0), runs, Implicit(), sheet.points)
     n_slopes, n_points = sheet.elements.n_slopes, len(sheet.elements.point_volume)
     old, new = (
         State(new_sheet(sheet.points, n_slopes, n_points), {t.name: new_contact(9) for t in tools}) for _ in range(2)
     )
+    equilibrium = Equilibrium(sheet, Stage(tools, pressure=3.0), runs, Implicit(), old)
     equilibrium.begin(old, new)
     equilibrium.evaluate(old, old, 1.0)
     rng = np.random.default_rng(3)
