@@ -15,7 +15,7 @@ def bow(xy, flatness):
 
     xy : (n, 2) mm in the blank's plane
 
-    A fixed mixture of all waves with up to eight half waves along each side of the bounding box, of equal steepness. No
+    A fixed mixture of all waves with up to eight half waves along each side of the bounding box, the longer the higher, of equal curvature. No
     wave has a slope across the box's sides, so halves and quarters stay symmetric; the mesh does not matter.
     """
     low, high = xy.min(axis=0), xy.max(axis=0)
@@ -31,6 +31,6 @@ def _waves(x, y):
         for m in range(WAVES + 1):
             if k + m > 0:
                 # Any fixed amounts that prefer no direction and do not repeat would do.
-                amount = np.cos(1.0 + np.sqrt(2.0) * k + np.sqrt(3.0) * m) / np.hypot(k, m)
+                amount = np.cos(1.0 + np.sqrt(2.0) * k + np.sqrt(3.0) * m) / (k * k + m * m)
                 total += amount * np.cos(k * np.pi * x) * np.cos(m * np.pi * y)
     return total

@@ -14,6 +14,8 @@ class RimGauge:
     def __init__(self, sheet, direction, name):
         blank, points = sheet.blank, sheet.points
         normal = sheet.triangles.axes[:, 2].mean(axis=0)
+        # A blank that is not quite flat may lean to one side, but not out of its planes of symmetry.
+        normal[["xyz".index(axis) for axis in blank.symmetry_planes]] = 0.0
         normal /= np.linalg.norm(normal)
         along = np.asarray(direction, dtype=float)
         along = along - (along @ normal) * normal

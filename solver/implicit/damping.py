@@ -2,16 +2,19 @@
 
 Where a sheet snaps, such as a flange that buckles under a light blank-holder, no equilibrium lies near the last one and
 no increment is small enough. There every node is given a resistance c A du to its movement du over an increment, A its
-tributary area: one step of implicit Euler in viscous motion, which has a solution where c is large enough. One such
+tributary area: one step of implicit Euler in viscous motion, which has a solution where c is large enough. A tool driven
+by a force is held back like all nodes together, so that it does not fall where nothing carries it yet. One such
 step goes on with the stroke; more at the same stroke let the resistance fade until equilibrium holds without any.
 What they dissipate stands in the energies, and the run says at which stroke they were needed.
 """
 
+import numpy as np
+
 RESORT = 0.03  # cuts of an increment below this part of the stage's first one are given up for damping
 STIFFEST = 1e4  # times the first resistance
 FADED = 1e-4  # of the first resistance: the next step does without
-QUICK = 4  # iterations up to which the resistance fades
-FADE, FIRM = 0.3, 5.0  # factors of the resistance after a quick step, and after one that failed
+QUICK, SLOW = 4, 12  # iterations up to which the resistance fades fast, above which it stays
+QUICK_FADE, FADE, FIRM = 0.03, 0.2, 5.0  # factors of the resistance after a quick step, after another, and after one that failed
 REST = 3  # steps after a failure that do not fade
 PATIENCE = 200  # damped steps in a row
 
@@ -35,9 +38,10 @@ class Damper:
         if damping == 0.0:
             return None
         self.rest = max(0, self.rest - 1)
-        if self.rest or iterations > QUICK:
+        if self.rest or iterations > SLOW:
             return damping
-        return FADE * damping if FADE * damping > FADED * self.first else 0.0
+        faded = damping * (QUICK_FADE if iterations <= QUICK else FADE)
+        return faded if faded > FADED * self.first else 0.0
 
     def after_failure(self, damping):
         """Resistance of the next try, inf where more would not help either."""
@@ -50,3 +54,9 @@ class Damper:
 def drag(damping, sheet, old, new):
     """Force of the resistance on the nodes at an increment's end, times -1, (n, 3) [N]."""
     return (damping or 0.0) * sheet.area[:, None] * (new.sheet.x - old.sheet.x)
+
+
+def tool_drag(damping, sheet, driven, old, new):
+    """The same on the driven tools along their axes, (k,) [N]. driven : ToolRuns"""
+    moved = [float(new.tools[run.tool.name].travel[0] - old.tools[run.tool.name].travel[0]) for run in driven]
+    return (damping or 0.0) * sheet.area.sum() * np.array(moved)

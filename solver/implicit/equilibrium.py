@@ -16,7 +16,7 @@ from ..elements.assembly import gather_blocks, gather_forces
 from ..loads import Loads
 from ..scene import AXES
 from ..springback import least_supports
-from .damping import drag
+from .damping import drag, tool_drag
 
 
 class ToolRun(NamedTuple):
@@ -134,7 +134,8 @@ class Equilibrium:
         balance = [
             run.press * self.load(run, fraction) + new.tools[run.tool.name].force @ run.axis for run in self.driven
         ]
-        return residual, np.array(balance), scale
+        balance = np.array(balance) - tool_drag(self.damping, self.sheet, self.driven, old, new)
+        return residual, balance, scale
 
     def _touch(self, run, old, new):
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]
@@ -185,6 +186,6 @@ class Equilibrium:
             blocks = self.contact_blocks[run.tool.name]
             column[:n, :, j] = -blocks @ run.axis
             row[:n, :, j] = -np.einsum("ncd,c->nd", blocks, run.axis)
-            corner[j] = run.axis @ blocks.sum(axis=0) @ run.axis
+            corner[j] = run.axis @ blocks.sum(axis=0) @ run.axis + self.damping * self.sheet.area.sum()
         column[self.fixed] = row[self.fixed] = 0.0
         return Tangent(self.blocks, column, row, corner)

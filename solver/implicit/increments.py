@@ -8,7 +8,7 @@ import numpy as np
 from ..elements.formulation import Membrane
 from ..energy import work_of
 from ..errors import StepFailed
-from .damping import RESORT, Damper, drag
+from .damping import RESORT, Damper, drag, tool_drag
 from .equilibrium import Equilibrium
 from .newton import Outcome, solve_increment
 from .sparse import SparseSolver
@@ -81,7 +81,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             place = place._replace(width=1.0) if equilibrium.driven else place._replace(fraction=0.0, width=first)
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
-    damper, dragged, cuts = Damper(sheet), 0.0, 0
+    damper, dragged, holding, cuts = Damper(sheet), 0.0, 0.0, 0
     while place.fraction < end or place.damping is not None:
         relieving = place.fraction < 0.0
         least = 0.1 * RELIEF if relieving else first
@@ -95,7 +95,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         if not outcome.converged:
             cuts += 1
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
-            place = retreat(place, width, least, damper)
+            place = retreat(place, width, least, damper, outcome.snaps)
             if place.damping == np.inf:
                 raise StepFailed(
                     f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also with damping; "
@@ -106,6 +106,10 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         work = work_of(sheet, old, new, tools)
         dragging = drag(place.damping, sheet, old, new)
         lost = 0.5 * float(np.sum((dragged + dragging) * (new.sheet.x - old.sheet.x)))
+        held = tool_drag(place.damping, sheet, equilibrium.driven, old, new)
+        shift = [float(new.tools[run.tool.name].travel[0] - old.tools[run.tool.name].travel[0]) for run in equilibrium.driven]
+        lost += 0.5 * float((holding + held) @ shift)
+        holding = held
         # work_of takes sheet and tools to be in equilibrium: what the resistance holds comes from outside too.
         work["damping"] += lost
         work["external"] += lost
@@ -115,7 +119,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         else:
             damping = damper.after_success(place.damping, outcome.iterations)
             place = place._replace(
-                damping=damping, width=CUT * least if damping is None else 0.0, rate=np.zeros_like(place.rate),
+                damping=damping, width=least if damping is None else 0.0, rate=np.zeros_like(place.rate),
                 rates=dict.fromkeys(place.rates, 0.0),
             )  # fmt: skip
         place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
@@ -132,15 +136,15 @@ def target(place, stops):
     return place.width, place.fraction + place.width
 
 
-def retreat(place, width, least, damper):
+def retreat(place, width, least, damper, snaps):
     """The march after an increment that did not converge: a shorter one, then a damped one of the least width, then
     more damping; without end (inf) where that does not help either."""
     if place.damping is not None:
         return place._replace(damping=damper.after_failure(place.damping))
-    if CUT * width >= RESORT * least:
+    if CUT * width >= RESORT * least and not snaps and place.fraction >= 0.0:
         return place._replace(width=CUT * width)
     log.info("no equilibrium nearby: damped increments")
-    return place._replace(damping=damper.start(), width=least)
+    return place._replace(damping=damper.start(), width=max(CUT * width, least))
 
 
 def onward(place, width, iterations, old, new, first, largest, method):

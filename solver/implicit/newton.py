@@ -9,14 +9,20 @@ from ..contact.node_on_tool import OPEN
 LINE_SEARCHES = 4
 ACCEPT = 0.8  # share of the starting energy slope below which a step is taken as it is
 AUGMENTATIONS = 10
+UPHILL, NEAR = 3, 1e-2  # corrections against a residual below that: no stable equilibrium is near
+STALLED = 4  # iterations that do not halve the residual
 LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
 @dataclass
 class Outcome:
-    """How an increment went. residuals: relative out-of-balance force of every iteration."""
+    """How an increment went. residuals: relative out-of-balance force of every iteration; snaps: where
+    corrections kept going against the residual, as where the sheet buckles; chattered: accepted where
+    contact kept changing at forces that do not matter (method.Newton)."""
 
     converged: bool = False
+    snaps: bool = False
+    chattered: bool = False
     iterations: int = 0
     augmentations: int = 0
     residuals: list = field(default_factory=list)
@@ -72,7 +78,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     softest = 1e-3 * equilibrium.sheet.contact_stiffness * equilibrium.sheet.area.sum()
     residual, balance, scale = equilibrium.evaluate(old, new, fraction, first=True)
     error = relative(residual, balance, scale, scale_floor)
-    last_step = np.inf
+    last_step, against = np.inf, 0
     for _ in range(newton.iterations):
         out.residuals.append(error)
         if not np.isfinite(error):
@@ -94,6 +100,11 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
         start = new.sheet.u.copy(), [c.travel.copy() for c in driven]
         slope = np.sum(dx * residual) + dw @ balance
         error_before = error
+        against += slope < 0.0 and error < NEAR
+        if against > UPHILL:
+            out.converged = out.chattered = error <= newton.chatter
+            out.snaps, out.reason = not out.converged, "the sheet snaps"
+            return
         step = 1.0
 
         def at(step, start=start, dx=dx, dw=dw):
@@ -128,7 +139,16 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             out.converged = True
             return
         last_step = moved
+        if max(error, moved / size) <= newton.chatter and stalled(out.residuals, error):
+            out.residuals.append(error)
+            out.converged = out.chattered = True
+            return
     out.reason = f"residual {error:.1e} of {newton.residual:.0e}, last movement {last_step:.1e} mm"
+
+
+def stalled(residuals, error):
+    """Whether the last iterations have not even halved the residual."""
+    return len(residuals) > STALLED and error > 0.5 * min(residuals[-STALLED:])
 
 
 def relative(residual, balance, scale, floor):
