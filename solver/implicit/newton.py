@@ -26,7 +26,7 @@ class Outcome:
 def correction(solver, tangent, residual, balance, softest):
     """Movement of the nodes (n, 3) and of the driven tools (k,) that the tangent asks for.
 
-    Tools are eliminated by bordering. softest : least stiffness of a tool that touches nothing yet [N/mm]
+    Tools are eliminated by bordering. softest : (k,) least stiffness of a tool under its load [N/mm]
     """
     solver.factorize(tangent.blocks)
     if not len(balance):
@@ -69,7 +69,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     """Newton iterations at fixed multipliers; fills out."""
     newton, size = method.newton, equilibrium.sheet.size
     driven = [new.tools[run.tool.name] for run in equilibrium.driven]
-    softest = 1e-3 * equilibrium.sheet.contact_stiffness * equilibrium.sheet.area.sum()
+    softest = np.array([least_stiffness(run, equilibrium.skin) for run in equilibrium.driven])
     residual, balance, scale = equilibrium.evaluate(old, new, fraction, first=True)
     error = relative(residual, balance, scale, scale_floor)
     last_step = np.inf
@@ -129,6 +129,13 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             return
         last_step = moved
     out.reason = f"residual {error:.1e} of {newton.residual:.0e}, last movement {last_step:.1e} mm"
+
+
+def least_stiffness(run, skin):
+    """Stiffness [N/mm] of a driven tool that one node alone holds up: the slope of the rounded contact law where its
+    force is the tool's load. Under the load no tool is softer, so that the exact tangent is kept where it matters."""
+    stiffness = float(run.kn.min())
+    return stiffness * min(1.0, np.sqrt(run.load / (stiffness * skin)))
 
 
 def relative(residual, balance, scale, floor):
