@@ -1,10 +1,10 @@
-"""A small round cup in any unit, size and place: the scene of the stress tests.
+r"""A small round cup in any unit, size and place: the scene of the stress tests.
 
-    z up        punch: a ball
-           holder ____  o  ____     a plane on the sheet
-           =====================    disc, its mid-plane at z = t / 2
-           die ____       ____      a plane, a quarter of a tube, a bore
-                   \     /
+z up        punch: a ball
+       holder ____  o  ____     a plane on the sheet
+       =====================    disc, its mid-plane at z = t / 2
+       die ____       ____      a plane, a quarter of a tube, a bore
+               \     /
 """
 
 from dataclasses import dataclass, replace
