@@ -121,7 +121,7 @@ class Results:
         found = {"iterations_per_increment": float(np.mean(iterations))}
         way = np.diff(self.history["stroke"], prepend=0.0)
         drawn = np.isin(self.history["stage"], self.travelled) & ((way > 0.0) | ~self.in_equilibrium())
-        if drawn.any():
+        if way[drawn].any():
             found["increments_per_mm"] = float(drawn.sum() / way[drawn].sum())
         return found | {"damped_increments": int(np.sum(~self.in_equilibrium()))}
 

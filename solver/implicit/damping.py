@@ -30,10 +30,12 @@ class Damper:
         return self.first
 
     def after_success(self, damping, iterations):
-        """Resistance of the next step: None once equilibrium holds without."""
+        """Resistance of the next step: None once equilibrium holds without, inf where the sheet moves on and on."""
         self.steps += 1
         if damping == 0.0:
             return None
+        if self.steps >= PATIENCE:
+            return float("inf")
         self.rest = max(0, self.rest - 1)
         if self.rest or iterations > QUICK:
             return damping

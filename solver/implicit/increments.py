@@ -97,10 +97,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
             place = retreat(place, width, least, damper)
             if place.damping == np.inf:
-                raise StepFailed(
-                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also with damping; "
-                    f"{remedy(sheet)}"
-                )
+                raise failure(stage, sheet, place, f"{outcome.reason}, also with damping")
             continue
         log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
         work = work_of(sheet, old, new, tools)
@@ -120,6 +117,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             )  # fmt: skip
         place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
         yield Accepted(place, outcome, cuts, work)
+        if place.damping == np.inf:
+            raise failure(stage, sheet, place, f"the sheet still moves after {damper.steps} damped steps")
 
 
 def target(place, stops):
@@ -158,10 +157,11 @@ def onward(place, width, iterations, old, new, first, largest, method):
     return place._replace(width=min(wider, largest), rate=rate, rates=rates)
 
 
-def remedy(sheet):
-    """What a user can do about a stage that does not converge."""
+def failure(stage, sheet, place, reason):
+    """StepFailed of a stage that does not come on: where, why, and what a user can do."""
     shell = "; a membrane does not resist compression, a shell does"
-    return "refine the mesh or lower the load" + (shell if isinstance(sheet.blank.element, Membrane) else "")
+    remedy = "refine the mesh or lower the load" + (shell if isinstance(sheet.blank.element, Membrane) else "")
+    return StepFailed(f"stage {stage.name!r} at {100 * max(place.fraction, 0.0):.2f} %: {reason}; {remedy}")
 
 
 def predict(sheet, stage, tools, place, fraction, old, new):
