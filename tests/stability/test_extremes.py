@@ -82,9 +82,9 @@ def test_a_holder_that_pushes_the_blank_through_the_die(element, tmp_path):
 
 @pytest.mark.slow
 @ELEMENTS
-@pytest.mark.parametrize("radius", [0.05, 1.0, 3.0])
+@pytest.mark.parametrize("radius", [0.05, 1.0])
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.5])
-@pytest.mark.parametrize("force", [0.0, 1.0, 1e3, 1e5, 1e7])
+@pytest.mark.parametrize("force", [0.0, 1.0, 1e3, 1e7])
 def test_die_radius_friction_and_force_together(radius, mu, force, element, tmp_path):
     cup = replace(CUP, element=element, die_radius=radius, mu=mu, holder_force=force)
     ends_well(cup.scene(), tmp_path)
