@@ -80,8 +80,8 @@ def mesh_blank(
     shape : "triangle" or "quad"
     symmetry : axes whose plane through the origin halves the blank: ("x",) keeps x >= 0, ("x", "y") a quarter
     z : height of the mesh [mm]; None leaves a part where it is, and other outlines at 0
-    flatness : how far from flat the blank is delivered [mm]: it rises from its plane by at most that, smoothly, along the
-        normal, or against it where negative (cadlink.flatness); 0 is perfectly flat
+    flatness : how far from flat the blank is delivered [mm]: it rises from its plane by at most that, smoothly, along
+        the normal, or against it where negative (cadlink.flatness); 0 is perfectly flat
     timeout : seconds gmsh may take
     returns : Mesh. Nodes on a symmetry plane are on it exactly; the same input gives the same mesh;
         neighbouring cells and nodes have near numbers

@@ -219,6 +219,25 @@ def explicit(*, largest: int = 100_000, as_json: Json = False):
         print_table(plain_table(HEADER, map(line_of, found)), plain_table(CUP_HEADER, [cup_line(cup)]))
 
 
+@bench.command
+def implicit(*, travel: float = 15.0, as_json: Json = False):
+    """The implicit solver: time against error on four meshes, where the time goes, iterations and increments.
+
+    Parameters
+    ----------
+    travel
+        Depth of the square cup in mm; 15 and 40 have measured draw-ins.
+    """
+    from .bench_implicit import CUP_HEADER, HEADER, YARDSTICK, cup_line, cup_rows, line_of, punch_rows
+
+    punches, cups = punch_rows(), cup_rows(travel=travel)
+    if as_json:
+        print_json({"hemispherical_punch": punches, "square_cup": cups, "yardstick_s": YARDSTICK})
+    else:
+        print_table(plain_table(HEADER, map(line_of, punches)), plain_table(CUP_HEADER, map(cup_line, cups)))
+        print(f"yardstick: {YARDSTICK:.0f} to 400 s of one core for 224 to 480 shells or bricks, a well-known code")
+
+
 @bench.command(name="materials")
 def bench_materials(*, as_json: Json = False):
     """Time per point and update of every material law, ns on one core."""

@@ -43,7 +43,8 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     sheet = build_sheet(scene.blank)
     old, new = (first_state(scene, sheet, method) for _ in range(2))
     driven = tuple(name for name, tool in scene.tools.items() if tool.force)
-    results = Results(plan=scene.plan(method), lifted=driven)
+    travelled = tuple(stage.name for stage in scene.stages if any(tool.travel is not None for tool in stage.tools))
+    results = Results(plan=scene.plan(method), lifted=driven, travelled=travelled)
     recorder, energy = Recorder(scene, sheet), Energy()
     checkpoint = Path(save).parent / "checkpoint.h5" if isinstance(save, (str, Path)) else None
     first_stage, begun = load_checkpoint(checkpoint, scene, method, old, results, energy) if resume else (0, None)

@@ -66,6 +66,7 @@ class Results:
     plan : Plan, what ran and what was skipped
     notes : what an explicit stage chose by itself: its time and step, mass added, mass of tools driven by a force
     lifted : names of the tools driven by a force, whose lift tells of wrinkles
+    travelled : names of the stages in which a tool travels, whose stroke is one in mm
     searches : {asked, projected}: distances from nodes to tools that contact wanted to know, in the stages run
         to their end, and those of them not told by an earlier distance (contact/search.py)
     contact : {foot_error, sharp_nodes, several_feet}: how exact contact was in the frames (contact/budget.py)
@@ -74,6 +75,7 @@ class Results:
 
     plan: object
     lifted: tuple = ()
+    travelled: tuple = ()
     notes: list = field(default_factory=list)
     history: dict = field(default_factory=dict)
     frames: list = field(default_factory=list)
@@ -98,6 +100,31 @@ class Results:
         """History column interpolated at a stroke [mm]."""
         return float(np.interp(stroke, self.history["stroke"], self.history[column]))
 
+    def in_equilibrium(self):
+        """Which increments are equilibria, (n,) bool: all but damped ones, whose forces hold the damping too."""
+        return np.array(self.history.get("damped", np.zeros(len(self.history.get("stroke", ()))))) == 0.0
+
+    def largest_forces(self):
+        """{max_force_<tool>: N} of all increments in equilibrium."""
+        still = self.in_equilibrium()
+        return {
+            f"max_{name}": float(np.max(np.abs(np.array(values)[still]), initial=0.0))
+            for name, values in self.history.items()
+            if name.startswith("force_")
+        }
+
+    def pace(self):
+        """{iterations_per_increment; increments_per_mm, where a tool has travelled; damped_increments}"""
+        iterations = self.history.get("iterations", [])
+        if not iterations:
+            return {}
+        found = {"iterations_per_increment": float(np.mean(iterations))}
+        way = np.diff(self.history["stroke"], prepend=0.0)
+        drawn = np.isin(self.history["stage"], self.travelled) & ((way > 0.0) | ~self.in_equilibrium())
+        if way[drawn].any():
+            found["increments_per_mm"] = float(drawn.sum() / way[drawn].sum())
+        return found | {"damped_increments": int(np.sum(~self.in_equilibrium()))}
+
     def remarks(self):
         """What a reader has to know: what explicit stages chose, from which stroke a membrane wants to wrinkle or a
         tool rides on wrinkles, until which one the tools were too fast."""
@@ -120,7 +147,7 @@ class Results:
                 f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
                 f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle; use a shell"
             )
-        snapping = np.array(self.history.get("damped", np.zeros(len(stroke)))) > 0.0
+        snapping = ~self.in_equilibrium()
         if snapping.any():
             lost = self.energy.get("damping", 0.0) / max(abs(self.energy.get("external", 0.0)), 1e-300)
             found.append(
@@ -148,7 +175,6 @@ class Results:
     def summary(self):
         """Figures a report opens with: {name: number or text}."""
         last = {name: values[-1] for name, values in self.history.items() if values}
-        forces = {f"max_{k}": float(np.max(np.abs(v))) for k, v in self.history.items() if k.startswith("force_")}
         iterations = self.history.get("iterations", [])
         asked = self.searches["asked"]
         return {
@@ -156,8 +182,9 @@ class Results:
             **last,
             "increments": len(iterations),
             "iterations": int(np.sum(iterations)),
+            **self.pace(),
             **({"nodes_skipped": 1.0 - self.searches["projected"] / asked} if asked else {}),
-            **forces,
+            **self.largest_forces(),
             **{f"contact_{k}": v for k, v in self.contact.items()},
             "remarks": self.remarks(),
             **{f"energy_{k}": v for k, v in self.energy.items()},

@@ -2,8 +2,8 @@
 
 Where a sheet snaps, such as a flange that buckles under a light blank-holder, no equilibrium lies near the last one and
 no increment is small enough. There every node is given a resistance c A du to its movement du over an increment, A its
-tributary area: one step of implicit Euler in viscous motion, which has a solution where c is large enough. A tool driven
-by a force is held back like all nodes together, so that it does not fall where nothing carries it yet. One such
+tributary area: one step of implicit Euler in viscous motion, which has a solution where c is large enough. A tool
+driven by a force is held back like all nodes together, so that it does not fall where nothing carries it yet. One such
 step goes on with the stroke; more at the same stroke let the resistance fade until equilibrium holds without any.
 What they dissipate stands in the energies, and the run says at which stroke they were needed.
 """
@@ -14,7 +14,7 @@ RESORT = 0.03  # cuts of an increment below this part of the stage's first one a
 STIFFEST = 1e4  # times the first resistance
 FADED = 1e-4  # of the first resistance: the next step does without
 QUICK, SLOW = 4, 12  # iterations up to which the resistance fades fast, above which it stays
-QUICK_FADE, FADE, FIRM = 0.03, 0.2, 5.0  # factors of the resistance after a quick step, after another, and after one that failed
+QUICK_FADE, FADE, FIRM = 0.03, 0.2, 5.0  # factors of the resistance after a quick step, another, and one that failed
 REST = 3  # steps after a failure that do not fade
 PATIENCE = 200  # damped steps in a row
 
@@ -33,10 +33,12 @@ class Damper:
         return self.first
 
     def after_success(self, damping, iterations):
-        """Resistance of the next step: None once equilibrium holds without."""
+        """Resistance of the next step: None once equilibrium holds without, inf where the sheet moves on and on."""
         self.steps += 1
         if damping == 0.0:
             return None
+        if self.steps >= PATIENCE:
+            return float("inf")
         self.rest = max(0, self.rest - 1)
         if self.rest or iterations > SLOW:
             return damping
@@ -57,6 +59,17 @@ def drag(damping, sheet, old, new):
 
 
 def tool_drag(damping, sheet, driven, old, new):
-    """The same on the driven tools along their axes, (k,) [N]. driven : ToolRuns"""
-    moved = [float(new.tools[run.tool.name].travel[0] - old.tools[run.tool.name].travel[0]) for run in driven]
-    return (damping or 0.0) * sheet.area.sum() * np.array(moved)
+    """The same on driven tools along their axes, (k,) [N]. driven : ToolRuns"""
+    return (damping or 0.0) * sheet.area.sum() * travelled(driven, old, new)
+
+
+def travelled(driven, old, new):
+    """Travel of driven tools over an increment, (k,) [mm]."""
+    return np.array([new.tools[run.tool.name].travel[0] - old.tools[run.tool.name].travel[0] for run in driven])
+
+
+def dissipated(before, damping, sheet, driven, old, new):
+    """Work the resistance takes over an increment [mJ], and its forces at the end, to be `before` of the next one."""
+    forces = np.append(drag(damping, sheet, old, new), tool_drag(damping, sheet, driven, old, new))
+    moved = np.append(new.sheet.x - old.sheet.x, travelled(driven, old, new))
+    return 0.5 * float((before + forces) @ moved), forces

@@ -8,7 +8,7 @@ import numpy as np
 from ..elements.formulation import Membrane
 from ..energy import work_of
 from ..errors import StepFailed
-from .damping import RESORT, Damper, drag, tool_drag
+from .damping import RESORT, Damper, dissipated
 from .equilibrium import Equilibrium
 from .newton import Outcome, solve_increment
 from .sparse import SparseSolver
@@ -81,7 +81,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             place = place._replace(width=1.0) if equilibrium.driven else place._replace(fraction=0.0, width=first)
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
-    damper, dragged, holding, cuts = Damper(sheet), 0.0, 0.0, 0
+    damper, dragged, cuts = Damper(sheet), 0.0, 0
     while place.fraction < end or place.damping is not None:
         relieving = place.fraction < 0.0
         least = 0.1 * RELIEF if relieving else first
@@ -97,23 +97,14 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
             place = retreat(place, width, least, damper, outcome.snaps)
             if place.damping == np.inf:
-                raise StepFailed(
-                    f"stage {stage.name!r} at {100 * place.fraction:.2f} %: {outcome.reason}, also with damping; "
-                    f"{remedy(sheet)}"
-                )
+                raise failure(stage, sheet, place, f"{outcome.reason}, also with damping")
             continue
         log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
         work = work_of(sheet, old, new, tools)
-        dragging = drag(place.damping, sheet, old, new)
-        lost = 0.5 * float(np.sum((dragged + dragging) * (new.sheet.x - old.sheet.x)))
-        held = tool_drag(place.damping, sheet, equilibrium.driven, old, new)
-        shift = [float(new.tools[run.tool.name].travel[0] - old.tools[run.tool.name].travel[0]) for run in equilibrium.driven]
-        lost += 0.5 * float((holding + held) @ shift)
-        holding = held
+        lost, dragged = dissipated(dragged, place.damping, sheet, equilibrium.driven, old, new)
         # work_of takes sheet and tools to be in equilibrium: what the resistance holds comes from outside too.
         work["damping"] += lost
         work["external"] += lost
-        dragged = dragging
         if place.damping is None:
             place = onward(place, width, outcome.iterations, old, new, first, RELIEF if relieving else largest, method)
         else:
@@ -124,6 +115,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             )  # fmt: skip
         place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
         yield Accepted(place, outcome, cuts, work)
+        if place.damping == np.inf:
+            raise failure(stage, sheet, place, f"the sheet still moves after {damper.steps} damped steps")
 
 
 def target(place, stops):
@@ -162,10 +155,11 @@ def onward(place, width, iterations, old, new, first, largest, method):
     return place._replace(width=min(wider, largest), rate=rate, rates=rates)
 
 
-def remedy(sheet):
-    """What a user can do about a stage that does not converge."""
+def failure(stage, sheet, place, reason):
+    """StepFailed of a stage that does not come on: where, why, and what a user can do."""
     shell = "; a membrane does not resist compression, a shell does"
-    return "refine the mesh or lower the load" + (shell if isinstance(sheet.blank.element, Membrane) else "")
+    remedy = "refine the mesh or lower the load" + (shell if isinstance(sheet.blank.element, Membrane) else "")
+    return StepFailed(f"stage {stage.name!r} at {100 * max(place.fraction, 0.0):.2f} %: {reason}; {remedy}")
 
 
 def predict(sheet, stage, tools, place, fraction, old, new):

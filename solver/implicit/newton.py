@@ -1,6 +1,7 @@
 """Newton's method on one increment: exact tangent, line search, augmentation of the contact forces."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class Outcome:
 def correction(solver, tangent, residual, balance, softest):
     """Movement of the nodes (n, 3) and of the driven tools (k,) that the tangent asks for.
 
-    Tools are eliminated by bordering. softest : least stiffness of a tool that touches nothing yet [N/mm]
+    Tools are eliminated by bordering. softest : (k,) least stiffness of a tool under its load [N/mm]
     """
     solver.factorize(tangent.blocks)
     if not len(balance):
@@ -75,17 +76,20 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     """Newton iterations at fixed multipliers; fills out."""
     newton, size = method.newton, equilibrium.sheet.size
     driven = [new.tools[run.tool.name] for run in equilibrium.driven]
-    softest = 1e-3 * equilibrium.sheet.contact_stiffness * equilibrium.sheet.area.sum()
-    residual, balance, scale = equilibrium.evaluate(old, new, fraction, first=True)
-    error = relative(residual, balance, scale, scale_floor)
-    last_step, against = np.inf, 0
+    softest = np.array([least_stiffness(run, equilibrium.skin) for run in equilibrium.driven])
+
+    def trial(first=False):
+        residual, balance, scale = equilibrium.evaluate(old, new, fraction, first)
+        return Trial(residual, balance, relative(residual, balance, scale, scale_floor))
+
+    here, moved, uphill = trial(first=True), np.inf, 0
     for _ in range(newton.iterations):
-        out.residuals.append(error)
-        if not np.isfinite(error):
+        out.residuals.append(here.error)
+        if not np.isfinite(here.error):
             out.reason = "the residual is not a number"
             return
         try:
-            dx, dw = correction(solver, equilibrium.tangent(), residual, balance, softest)
+            dx, dw = correction(solver, equilibrium.tangent(), here.residual, here.balance, softest)
         except (RuntimeError, np.linalg.LinAlgError):
             out.reason = "the tangent is singular"
             return
@@ -97,58 +101,90 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             return
         cap = min(1.0, LONGEST * size / longest) if longest > 0.0 else 1.0
         dx, dw = cap * dx, cap * dw
-        start = new.sheet.u.copy(), [c.travel.copy() for c in driven]
-        slope = np.sum(dx * residual) + dw @ balance
-        error_before = error
-        against += slope < 0.0 and error < NEAR
-        if against > UPHILL:
-            out.converged = out.chattered = error <= newton.chatter
+        uphill += here.error < NEAR and here.along(dx, dw) < 0.0
+        if uphill > UPHILL:
+            out.converged = out.chattered = here.error <= newton.chatter
             out.snaps, out.reason = not out.converged, "the sheet snaps"
             return
-        step = 1.0
-
-        def at(step, start=start, dx=dx, dw=dw):
-            new.sheet.u[:] = start[0] + step * dx
-            for contact, travel, change in zip(driven, start[1], dw, strict=True):
-                contact.travel[:] = travel + step * change
-            return equilibrium.evaluate(old, new, fraction)
-
-        residual, balance, scale = at(step)
-        error = relative(residual, balance, scale, scale_floor)
-        best = (error, step)
-        tried = (0.0, slope)
-        for _ in range(LINE_SEARCHES):
-            energy = np.sum(dx * residual) + dw @ balance
-            if error < error_before or abs(energy) <= ACCEPT * abs(slope) or error <= newton.residual:
-                break
-            # Secant on the energy slope, kept between a tenth and the whole of the last step.
-            secant = step - energy * (step - tried[0]) / (energy - tried[1]) if energy != tried[1] else 0.5 * step
-            tried = (step, energy)
-            step = float(np.clip(secant, 0.1 * step, 0.7 * step))
-            residual, balance, scale = at(step)
-            error = relative(residual, balance, scale, scale_floor)
-            best = min(best, (error, step))
-        if best[1] != step:
-            residual, balance, scale = at(best[1])
-            error, step = best
+        before = here
+        here, step = line_search(trial, before, Path(new.sheet.u, driven, dx, dw), newton.residual)
         # The next correction, if the residual's fall goes on: what the movement still lacks.
         moved = step * np.abs(dx).max()
-        lacking = moved * min(1.0, error / max(error_before, 1e-300)) if step == cap == 1.0 else moved
-        if error <= newton.residual and lacking <= newton.correction * size:
-            out.residuals.append(error)
+        lacking = moved * min(1.0, here.error / max(before.error, 1e-300)) if step == cap == 1.0 else moved
+        if here.error <= newton.residual and lacking <= newton.correction * size:
             out.converged = True
-            return
-        last_step = moved
-        if max(error, moved / size) <= newton.chatter and stalled(out.residuals, error):
-            out.residuals.append(error)
+        elif max(here.error, moved / size) <= newton.chatter and stalled(out.residuals, here.error):
             out.converged = out.chattered = True
+        if out.converged:
+            out.residuals.append(here.error)
             return
-    out.reason = f"residual {error:.1e} of {newton.residual:.0e}, last movement {last_step:.1e} mm"
+    out.reason = f"residual {here.error:.1e} of {newton.residual:.0e}, last movement {moved:.1e} mm"
+
+
+class Trial(NamedTuple):
+    """Out-of-balance forces at trial positions: of the unknowns (n + k, 3), of the driven tools (j,), and their size
+    relative to the forces in play."""
+
+    residual: np.ndarray
+    balance: np.ndarray
+    error: float
+
+    def along(self, dx, dw):
+        """Work of the forces over a movement of unknowns and tools [mJ]."""
+        return float(np.sum(dx * self.residual) + dw @ self.balance)
+
+
+class Path:
+    """Positions u and travels of the driven tools along a correction, from where they stand."""
+
+    def __init__(self, u, driven, dx, dw):
+        self.u, self.driven, self.dx, self.dw = u, driven, dx, dw
+        self.start = u.copy(), [contact.travel.copy() for contact in driven]
+
+    def go(self, step):
+        """Move to a part of the correction."""
+        self.u[:] = self.start[0] + step * self.dx
+        for contact, travel, change in zip(self.driven, self.start[1], self.dw, strict=True):
+            contact.travel[:] = travel + step * change
+
+
+def line_search(trial, before, path, enough):
+    """Go along a correction as far as it helps. Returns (Trial there, part of the correction taken).
+
+    The whole correction is taken where the residual falls or the work along it fades; else secants of that work say how
+    far to go. enough : relative residual that needs no search
+    """
+    slope = before.along(path.dx, path.dw)
+    step, tried, best = 1.0, (0.0, slope), None
+    for search in range(LINE_SEARCHES + 1):
+        path.go(step)
+        here = trial()
+        best = min(best or (here.error, step), (here.error, step))
+        work = here.along(path.dx, path.dw)
+        if here.error < before.error or abs(work) <= ACCEPT * abs(slope) or here.error <= enough:
+            break
+        if search < LINE_SEARCHES:
+            # Secant on the work, kept between a tenth and the whole of the last step.
+            secant = step - work * (step - tried[0]) / (work - tried[1]) if work != tried[1] else 0.5 * step
+            tried = (step, work)
+            step = float(np.clip(secant, 0.1 * step, 0.7 * step))
+    if best[1] != step:
+        step = best[1]
+        path.go(step)
+        here = trial()
+    return here, step
 
 
 def stalled(residuals, error):
     """Whether the last iterations have not even halved the residual."""
     return len(residuals) > STALLED and error > 0.5 * min(residuals[-STALLED:])
+
+
+def least_stiffness(run, skin):
+    """Stiffness [N/mm] of a driven tool that one node alone holds up: the slope of the rounded contact law where its
+    force is the tool's load. Under the load no tool is softer, so that the exact tangent is kept where it matters."""
+    stiffness = float(run.kn.min())
+    return stiffness * min(1.0, np.sqrt(run.load / (stiffness * skin)))
 
 
 def relative(residual, balance, scale, floor):
