@@ -16,8 +16,8 @@ def bow(xy, flatness):
     xy : (n, 2) mm in the blank's plane
 
     A fixed mixture of all waves with up to eight half waves along each side of the bounding box, of equal curvature:
-    the longer, the higher. No wave has a slope across the box's sides, so halves and quarters stay symmetric; the mesh does
-    not matter.
+    the longer, the higher. No wave has a slope across the box's sides, so halves and quarters stay symmetric; the mesh
+    does not matter.
     """
     low, high = xy.min(axis=0), xy.max(axis=0)
     every = np.linspace(0.0, 1.0, 8 * WAVES + 1)
