@@ -183,7 +183,7 @@ def test_a_run_resumes_from_its_checkpoint(tmp_path):
 def test_beyond_the_limit_pressure_the_run_stops_with_one_line_and_its_results():
     mesh = mesh_blank(Disc(50.0), 10.0, arrangement="structured", symmetry=("x", "y"))
     scene = Scene(Blank(mesh, 1.0, OSU, Membrane(), fixed={"rim": "xyz"}), [Stage(pressure=-13.0)])
-    with pytest.raises(StepFailed, match="also with damping; refine the mesh or lower the load") as caught:
+    with pytest.raises(StepFailed, match="damp.*; refine the mesh or lower the load") as caught:
         form(scene, frames=5)
     assert "\n" not in str(caught.value)
     # The maximum of the converged membrane is 11.03 MPa, near h = 31.

@@ -28,9 +28,15 @@ def test_die_radius_below_the_thickness(radius, element, tmp_path):
     assert sharp.history["thickness_min"][-1] < drawn(tmp_path, element, holder_force=1e5).history["thickness_min"][-1]
 
 
-@pytest.mark.parametrize("element", [Shell(5)], ids=["shell"])
-def test_friction_from_none_to_half_raises_the_force(element, tmp_path):
-    forces = [drawn(tmp_path, element, mu=mu).largest_forces()["max_force_PUNCH"] for mu in (0.0, 0.1, 0.2, 0.35, 0.5)]
+@pytest.mark.parametrize("radius", [0.01, 3.0])
+def test_no_node_overlaps_by_more_than_a_thousandth_of_the_thickness(radius, tmp_path):
+    for frame in drawn(tmp_path, Shell(5), die_radius=radius, holder_force=0.0).frames[1:]:
+        assert frame.point_fields["contact_gap"].min() > -1e-3 * CUP.thickness
+        assert (frame.point_fields["contact_pressure"] > 0.0).any()
+
+
+def test_friction_from_none_to_half_raises_the_force(tmp_path):
+    forces = [drawn(tmp_path, Shell(5), mu=mu).largest_forces()["max_force_PUNCH"] for mu in (0.0, 0.1, 0.2, 0.35, 0.5)]
     assert (np.diff(forces) > 0.0).all()
 
 
