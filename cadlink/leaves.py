@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from cadlink.bezier import project_ctrl, split
-from cadlink.nurbs import WORK, cross, dot, from_ramp, minus, patch_point, shape_on_patch
+from cadlink.nurbs import WORK, arc_derivatives, cross, dot, from_ramp, minus, patch_point, shape_on_patch
 from cadlink.osculating import TRACKED
 from cadlink.trim import inside
 
@@ -33,7 +33,8 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 #          the map from s, t to that plane
 #   inner  s0, s1, t0, t1 within which every foot on the patch counts (rim.py)
 #   sense, group   of its face and of that face's rim
-#   cell   radius [mm] of one of its nine cells about the cell's middle, for starts of Newton (items.py)
+#   cell   mm along the first two axes, of its three by three cells: from one to the next along s and along t,
+#          and half the size of a box that holds any of them (leaf_bounds.py)
 #   tiny   steps in s and t so short that a Taylor series ends them (power.py)
 #   twist  bounds of the first and second derivative of the curvature [1/mm^2, 1/mm^3];  calm  quarter of its
 #          smaller side [mm] (osculating.py)
@@ -50,7 +51,7 @@ LEAF = np.dtype(
         ("whole", "i8"),
         ("cone", "f8"),
         ("start", "f8", 8),
-        ("cell", "f8"),
+        ("cell", "f8", (3, 2)),
         ("tiny", "f8", 2),
         ("twist", "f8", 2),
         ("calm", "f8"),
@@ -226,16 +227,25 @@ def measure_leaves(patches, ctrl, leaves):
 
 @njit
 def measure_cells(patch, ctrl, leaf, work):
-    """Fill cell: the largest distance from the middle of a cell to its corners, with some room."""
+    """Fill cell: steps as the middle of the leaf has them, sizes from the corners of the cells, with some room."""
     w_s, w_t = (leaf.rect[1] - leaf.rect[0]) / 3.0, (leaf.rect[3] - leaf.rect[2]) / 3.0
-    for i in range(3):
-        for j in range(3):
-            s, t = leaf.rect[0] + i * w_s, leaf.rect[2] + j * w_t
-            middle, _, _, _, _, _ = patch_point(patch, ctrl, s + 0.5 * w_s, t + 0.5 * w_t, work)
-            for k in range(4):
-                corner, _, _, _, _, _ = patch_point(patch, ctrl, s + (k % 2) * w_s, t + (k // 2) * w_t, work)
-                away = minus(corner, middle)
-                leaf.cell = max(leaf.cell, SAFETY * sqrt(dot(away, away)))
+    middle, d_s, d_t, _, _, _ = patch_point(patch, ctrl, leaf.start[0], leaf.start[1], work)
+    a = (leaf.frame[1, 0], leaf.frame[1, 1], leaf.frame[1, 2])
+    b = (leaf.frame[2, 0], leaf.frame[2, 1], leaf.frame[2, 2])
+    leaf.cell[0, 0], leaf.cell[0, 1] = w_s * dot(d_s, a), w_s * dot(d_s, b)
+    leaf.cell[1, 0], leaf.cell[1, 1] = w_t * dot(d_t, a), w_t * dot(d_t, b)
+    for i in range(4):
+        for j in range(4):
+            corner, _, _, _, _, _ = patch_point(patch, ctrl, leaf.rect[0] + i * w_s, leaf.rect[2] + j * w_t, work)
+            away = minus(corner, middle)
+            x, y = dot(away, a), dot(away, b)
+            # Seen from the cells that meet there.
+            for k in range(max(0, i - 1), min(3, i + 1)):
+                for m in range(max(0, j - 1), min(3, j + 1)):
+                    dx = x - (k - 1) * leaf.cell[0, 0] - (m - 1) * leaf.cell[1, 0]
+                    dy = y - (k - 1) * leaf.cell[0, 1] - (m - 1) * leaf.cell[1, 1]
+                    leaf.cell[2, 0] = max(leaf.cell[2, 0], SAFETY * abs(dx))
+                    leaf.cell[2, 1] = max(leaf.cell[2, 1], SAFETY * abs(dy))
 
 
 @njit
@@ -344,3 +354,19 @@ def cut_arc(ctrl, smallest):
         middle = 0.5 * (s0 + s1)
         todo += [(middle, s1, right, level + 1), (s0, middle, left, level + 1)]
     return done
+
+
+@njit(cache=True)
+def measure_arcs(curves, ctrl):
+    """Fill the largest curvature of curves that are arcs, those of one leg excepted: they are straight."""
+    work = np.zeros(WORK)
+    for k in range(len(curves)):
+        curve = curves[k]
+        if curve.degree < 2:
+            continue
+        n = max(4, curve.degree + 3)
+        for i in range(n):
+            _, d1, d2 = arc_derivatives(ctrl, curve.ctrl, curve.degree, i / (n - 1.0), work)
+            m, speed = cross(d1, d2), sqrt(dot(d1, d1))
+            bend = sqrt(dot(m, m)) / speed**3 if speed > 0.0 else np.inf
+            curve.bend = max(curve.bend, SAFETY * bend)

@@ -176,6 +176,8 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
         a11, a22 = dot(d_s, d_s), dot(d_t, d_t)
         h11, h12, h22 = a11 + dot(r, d_ss), dot(d_s, d_t) + dot(r, d_st), a22 + dot(r, d_tt)
         det = h11 * h22 - h12 * h12
+        for c in range(3):
+            out[0, c] = centre[c] + x[c]
         if not (h11 > 0.0 and det > 1e-4 * a11 * a22):
             return DOUBTFUL, s, t, 0.0, 0.0
         ds, dt = (h12 * g2 - h22 * g1) / det, (h12 * g1 - h11 * g2) / det

@@ -24,8 +24,9 @@ from numba import njit
 
 from cadlink.boxtree import box_distance
 from cadlink.form_foot import distance_to_form
-from cadlink.items import try_item
+from cadlink.items import start_in_leaf, try_item, try_leaf
 from cadlink.kernels import POINT
+from cadlink.leaf_bounds import UNIQUE, bend_by_height, bend_by_point, leaf_beside
 from cadlink.nurbs import from_ramp
 from cadlink.power import CONVERGED, DOUBTFUL, FOUND, foot_in_box
 from cadlink.records import CYLINDER, PLANE, SPHERE, TORUS
@@ -48,7 +49,7 @@ SKIN = 0.1  # mm: reach at most; a larger one makes the search look at more item
 TURNED = 0.93  # cosine between leaves that continue each other
 BESIDE = 0.7  # the same of leaves that touch
 WAITING = 256  # nodes and items that may wait; points in the middle of everything are left to the careful search
-HIT, MISS, DOUBT = 1, 0, -1
+HIT, MISS, DOUBT, SEVERAL = 1, 0, -1, 2
 PENDING = 8  # items that the nearest foot, once known, may excuse
 
 
@@ -127,30 +128,6 @@ def surely_in(leaf, s, t):
     return inner[0] <= s <= inner[1] and inner[2] <= t <= inner[3]
 
 
-@njit(**POINT)
-def leaf_beside(leaf, p):
-    """Distance from a point to the box of a leaf, beside it, and the place in its axes."""
-    frame, half = leaf.frame, leaf.half
-    x, y, z = p[0] - frame[0, 0], p[1] - frame[0, 1], p[2] - frame[0, 2]
-    a = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
-    b = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
-    c = x * frame[3, 0] + y * frame[3, 1] + z * frame[3, 2]
-    da, db = max(0.0, abs(a) - half[0]), max(0.0, abs(b) - half[1])
-    dc = max(0.0, abs(c) - half[2])
-    beside = da * da + db * db
-    return sqrt(beside + dc * dc), sqrt(beside), a, b, c
-
-
-@njit(**POINT)
-def one_foot(leaf, reach, height):
-    """Whether a leaf has one foot at most for points that near: distance times curvature below 0.85."""
-    if abs(height) <= leaf.half[2]:
-        bend = max(leaf.bend[0], leaf.bend[1])
-    else:
-        bend = leaf.bend[0] if height > 0.0 else leaf.bend[1]
-    return reach * bend < 0.85
-
-
 @njit(forceinline=True, **POINT)
 def overlap(a0, a1, b0, b1, period):
     """Whether two ranges of a parameter meet."""
@@ -170,9 +147,9 @@ def continues(leaf, other, height, other_height, best, foot):
         return False
     a, b = leaf.frame, other.frame
     cosine = leaf.sense * other.sense * (a[3, 0] * b[3, 0] + a[3, 1] * b[3, 1] + a[3, 2] * b[3, 2])
-    if cosine < BESIDE or not one_foot(leaf, best + 2.0 * SKIN, height):
+    if cosine < BESIDE or (best + 2.0 * SKIN) * bend_by_height(leaf, height) >= UNIQUE:
         return False
-    if leaf.face == other.face and one_foot(other, best + 2.0 * SKIN, other_height):
+    if leaf.face == other.face and (best + 2.0 * SKIN) * bend_by_height(other, other_height) < UNIQUE:
         # Leaves that share a side or a corner.
         c, d = leaf.uv, other.uv
         if overlap(c[0], c[1], d[0], d[1], leaf.period[0]) and overlap(c[2], c[3], d[2], d[3], leaf.period[1]):
@@ -185,41 +162,41 @@ def continues(leaf, other, height, other_height, best, foot):
 
 @njit(**POINT)
 def quick_leaf(leaf, patch, other, known, other_height, power, p, best, foot, s, t, found):
-    """HIT where the foot may be on a leaf, MISS or DOUBT; bound or distance, room, s, t, excusable.
+    """HIT where the foot may be on a leaf, or MISS; bound or distance, room, s, t, excusable, several.
 
     other : the leaf with the best foot where that is known, other_height of the point above it
-    excusable : whether a MISS or DOUBT may be excused by a leaf with a nearer foot
+    excusable : whether a MISS may be excused by a leaf with a nearer foot
+    several : whether the leaf may hold nearer feet than this one, which several starts would find (items.py)
     """
     bound, beside, x, y, z = leaf_beside(leaf, p)
     room = (beside - best * leaf.cone) / (1.0 + leaf.cone)
     if room >= SKIN:
-        return MISS, bound, SKIN, s, t, False
+        return MISS, bound, SKIN, s, t, False, False
     if known and continues(leaf, other, z, other_height, best, foot):
-        return MISS, bound, SKIN, s, t, False
+        return MISS, bound, SKIN, s, t, False, False
     if room > 0.0:
-        return MISS, bound, room, s, t, False
+        return MISS, bound, room, s, t, False, False
     if bound >= best:
-        return MISS, bound, 0.0, s, t, True
+        return MISS, bound, 0.0, s, t, True, False
     if not patch.steady:
-        return DOUBT, bound, 0.0, s, t, True
-    rect, start = leaf.rect, leaf.start
+        return MISS, bound, 0.0, s, t, True, True
     if s < 0.0:
-        x, y = x - start[2], y - start[3]
-        s = min(rect[1], max(rect[0], start[0] + start[4] * x + start[5] * y))
-        t = min(rect[3], max(rect[2], start[1] + start[6] * x + start[7] * y))
+        s, t = start_in_leaf(leaf, -1, x, y)
     # A little over the sides, so that a foot between two leaves is in one of them.
+    rect = leaf.rect
     w_s, w_t = 0.05 * (rect[1] - rect[0]), 0.05 * (rect[3] - rect[2])
     code, s, t, h, pull = foot_in_box(
         patch, power, p, s, t, max(0.0, rect[0] - w_s), min(1.0, rect[1] + w_s), max(0.0, rect[2] - w_t),
         min(1.0, rect[3] + w_t), leaf.tiny[0], leaf.tiny[1], CONVERGED, found,
     )  # fmt: skip
+    if code == DOUBTFUL:
+        return MISS, bound, 0.0, s, t, True, True
     # A foot, or a nearest point on a side, is the only one as near if nothing on the way bends round the point.
     far = h if code == FOUND else min(h, bound + leaf.half[2])
-    if code == DOUBTFUL or not one_foot(leaf, far, z):
-        return DOUBT, bound, 0.0, s, t, True
-    if code != FOUND:
-        return MISS, bound, 0.2 * pull, s, t, True
-    return HIT, h, 0.0, s, t, True
+    several = far * min(bend_by_height(leaf, z), bend_by_point(leaf, p, found[0])) >= UNIQUE
+    if code == FOUND:
+        return HIT, h, 0.0, s, t, True, several
+    return MISS, bound, 0.2 * pull, s, t, True, several
 
 
 # --- the search ----------------------------------------------------------------------------------
@@ -287,7 +264,7 @@ def quick_search(
         other = entry - n_nodes
         a1, b1 = (hint_a, hint_b) if other == hint else (-1.0, -1.0)
         kind, ref = items[other].kind, items[other].ref
-        excused = False
+        excused = several = False
         if kind == ON_FACE:
             face, rim = faces[ref], rims[ref]
             code, h, free = quick_face(face, rim, rasters, pieces, ctrl, p, best, work)
@@ -295,7 +272,7 @@ def quick_search(
         elif kind == ON_LEAF:
             leaf = leaves[ref]
             patch, mine = patches[leaf.patch], found[1 - row]
-            code, h, free, a1, b1, excused = quick_leaf(
+            code, h, free, a1, b1, excused, several = quick_leaf(
                 leaf, patch, leaves[last], last >= 0, height, power, p, best, foot, a1, b1, mine
             )
             if code == HIT and not surely_in(leaf, a1, b1):
@@ -303,6 +280,15 @@ def quick_search(
                 where, free = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, a1, b1, mine, h, work)
                 if where != IN:
                     code = DOUBT if where == UNSURE and h < best + 1e-9 else MISS
+            if several and code != DOUBT:
+                if n_pending < PENDING:
+                    pending[n_pending, 0], pending[n_pending, 1] = other, 0.0
+                    pending[n_pending, 2], pending[n_pending, 3] = bound, SEVERAL
+                    n_pending += 1
+                else:
+                    doubt = True
+                if code == MISS:
+                    continue
         else:
             code, h, free = MISS, bound, 0.0
             if h < best:
@@ -336,8 +322,23 @@ def quick_search(
             free = max(free, (beside - best * leaf.cone) / (1.0 + leaf.cone))
             if last >= 0 and continues(leaf, leaves[last], above, height, best, foot):
                 free = SKIN
-        if pending[k, 3] == DOUBT and free <= 1e-9:
+        if free <= 1e-9 and pending[k, 3] == DOUBT:
             doubt = True
+        if free <= 1e-9 and pending[k, 3] == SEVERAL and not doubt:
+            ref = items[other].ref
+            leaf, mine = leaves[ref], found[1 - row]
+            patch = patches[leaf.patch]
+            h, a1, b1, _ = try_leaf(leaf, patch, faces[patch.face], pieces, ctrl, power, p, best, -1.0, -1.0, work)
+            if h < best:
+                code = DOUBTFUL
+                if patch.steady:
+                    code, a1, b1, h, _ = foot_in_box(
+                        patch, power, p, a1, b1, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], CONVERGED, mine
+                    )
+                doubt = code != FOUND
+                best, item, a, b, last, row = h, other, a1, b1, ref, 1 - row
+                foot = (mine[0, 0], mine[0, 1], mine[0, 2])
+                _, _, _, _, height = leaf_beside(leaf, p)
         room = min(room, free)
     reach = max(0.0, min(room, 0.5 * (others - best)))
     if doubt or item < 0:
