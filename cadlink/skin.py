@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cadlink.boxtree import NODE, build_tree
-from cadlink.leaves import cut_arc, cut_patches, measure_arcs
+from cadlink.leaf_measures import measure_arcs
+from cadlink.leaves import cut_arc, cut_patches
 from cadlink.nurbs import PATCH
 from cadlink.power import to_power
 from cadlink.records import CIRCLE, CONE, CYLINDER, LINE, PATCHES, PLANE, SPHERE
@@ -120,7 +121,8 @@ def build_skin(record, chosen=None):
     box = record["vertices"] if len(record["vertices"]) else curve_boxes.reshape(-1, 3)
     smallest = 1e-7 * float(np.ptp(box, axis=0).max()) if len(box) else 0.0
     measure_arcs(curves, ctrl)
-    leaves, leaf_low, leaf_high = cut_patches(patches, faces, pieces, ctrl, smallest)
+    power = to_power(patches, ctrl)
+    leaves, leaf_low, leaf_high = cut_patches(patches, faces, pieces, ctrl, power, smallest)
     vertices = pack_vertices(record, renumber)
 
     closed = np.flatnonzero(faces["form"] < PATCHES)
@@ -143,7 +145,6 @@ def build_skin(record, chosen=None):
     pad = 1e-9 * max(1e-3, float(np.ptp(items["low"], axis=0).max()))
     items["low"] -= pad
     items["high"] += pad
-    power = to_power(patches, ctrl)
     rims, rasters = build_rims(faces, pieces, ctrl)
     fill_inner(leaves, patches, faces, rims)
     skin = Skin(
