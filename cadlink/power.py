@@ -24,7 +24,7 @@ from cadlink.nurbs import dot
 ROUND_OFF = 1e-12  # mm: largest sum of round-off, nearly never reached, of a patch that serves
 FOUND, HELD, DOUBTFUL = 1, 0, -1
 STEPS = 12
-CONVERGED = 0.003  # of Leaf.tiny: no error of the series is left in the distance, 1e-7 of the curvature
+CONVERGED = 0.0003  # of Leaf.tiny: no error of the series is left in the distance, 3e-8 of the curvature
 
 
 def power_basis(degree):
