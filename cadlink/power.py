@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from cadlink.kernels import POINT
-from cadlink.nurbs import dot
+from cadlink.nurbs import dot, over
 
 ROUND_OFF = 1e-12  # mm: largest sum of round-off, nearly never reached, of a patch that serves
 FOUND, HELD, DOUBTFUL = 1, 0, -1
@@ -139,17 +139,6 @@ def third_derivatives(patch, power, s, t, n, foot, n_ss, n_st, n_tt):
         per * (2.0 * z_stt - 2.0 * w_t * n_st - w_s * n_tt),
         per * (6.0 * z_ttt - 3.0 * w_t * n_tt),
     )
-
-
-@njit(forceinline=True, **POINT)
-def over(a, a_s, a_t, a_ss, a_st, a_tt, f, w_s, w_t, w_ss, w_st, w_tt):
-    """a / w and its derivatives; f = 1 / w, and w_s .. are those of w, divided by w."""
-    a = a * f
-    a_s, a_t = a_s * f - w_s * a, a_t * f - w_t * a
-    a_ss = a_ss * f - 2.0 * w_s * a_s - w_ss * a
-    a_st = a_st * f - w_s * a_t - w_t * a_s - w_st * a
-    a_tt = a_tt * f - 2.0 * w_t * a_t - w_tt * a
-    return a, a_s, a_t, a_ss, a_st, a_tt
 
 
 @njit(forceinline=True, **POINT)

@@ -13,8 +13,9 @@ item is out of the question
       the leaf than best sin c: no normal of the leaf then reaches the point;
     - a leaf that continues the one with the best foot, where distance times curvature is so small
       that the distance along the surface has one minimum only.
-Whatever is in doubt (a foot in the band along a rim, near an axis or centre of curvature, a Newton
-step that fails) is left to the careful search of closest.py.
+A leaf that may bend round the point, or on which Newton fails, is asked again with several starts (items.py)
+once the best foot is known. Whatever else is in doubt (a foot in the band along a rim, near an axis) is left
+to the careful search of closest.py.
 """
 
 from math import floor, sqrt
