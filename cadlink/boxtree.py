@@ -20,32 +20,43 @@ NODE = np.dtype([("low", "f8", 3), ("high", "f8", 3), ("child", "i8"), ("start",
 
 def build_tree(low, high):
     """Nodes (NODE records) and item order of a tree over boxes low, high (n, 3)."""
-    centre = low + high
-    order = np.arange(len(low))
-    nodes, todo = [(0, len(order), -1)], [0]
-    for node in todo:
-        start, stop, _ = nodes[node]
-        if stop - start <= LEAF:
-            continue
-        mine = order[start:stop]
-        axis = np.ptp(centre[mine], axis=0).argmax()
-        order[start:stop] = mine[np.argsort(centre[mine, axis], kind="stable")]
-        middle, child = (start + stop) // 2, len(nodes)
-        nodes[node] = start, stop, child
-        nodes += [(start, middle, -1), (middle, stop, -1)]
-        todo += [child, child + 1]
-    tree = np.zeros(len(nodes), NODE)
-    for record, (start, stop, child) in zip(tree, nodes, strict=True):
-        record["start"], record["stop"], record["child"] = start, stop, child
+    order, tree = np.arange(len(low)), np.zeros(2 * len(low), NODE)
+    return tree[: plant(low, high, order, tree)], order
+
+
+@njit(cache=True)
+def plant(low, high, order, tree):
+    """Fill the tree and put the items in its order; returns how many nodes there are."""
+    tree[0].child, tree[0].stop, n_nodes = -1, len(order), 1
+    node = 0
+    while node < n_nodes:
+        start, stop = tree[node].start, tree[node].stop
+        if stop - start > LEAF:
+            mine, axis, longest = order[start:stop].copy(), 0, -1.0
+            for c in range(3):
+                centre = low[mine, c] + high[mine, c]
+                span = centre.max() - centre.min()
+                if span > longest:
+                    axis, longest = c, span
+            key = low[mine, axis] + high[mine, axis]
+            order[start:stop] = mine[np.argsort(key, kind="mergesort")]
+            middle, child = (start + stop) // 2, n_nodes
+            tree[node].child = child
+            tree[child].child, tree[child].start, tree[child].stop = -1, start, middle
+            tree[child + 1].child, tree[child + 1].start, tree[child + 1].stop = -1, middle, stop
+            n_nodes += 2
+        node += 1
     # Boxes from the leaves up: children follow their parent in the list.
-    for record in tree[::-1]:
-        if record["child"] < 0:
-            items = order[record["start"] : record["stop"]]
-            record["low"], record["high"] = low[items].min(axis=0), high[items].max(axis=0)
-        else:
-            pair = tree[record["child"] : record["child"] + 2]
-            record["low"], record["high"] = pair["low"].min(axis=0), pair["high"].max(axis=0)
-    return tree, order
+    for node in range(n_nodes - 1, -1, -1):
+        here = tree[node]
+        for c in range(3):
+            here.low[c], here.high[c] = np.inf, -np.inf
+            for k in range(here.start, here.stop) if here.child < 0 else range(0):
+                item = order[k]
+                here.low[c], here.high[c] = min(here.low[c], low[item, c]), max(here.high[c], high[item, c])
+            for k in range(here.child, here.child + 2) if here.child >= 0 else range(0):
+                here.low[c], here.high[c] = min(here.low[c], tree[k].low[c]), max(here.high[c], tree[k].high[c])
+    return n_nodes
 
 
 @njit(forceinline=True, **POINT)

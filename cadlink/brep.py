@@ -330,8 +330,7 @@ def edge_gap(edge, curve, sides, probes):
     gap = 0.0
     for face, samples in sides:
         if len(samples) == 2:
-            part = np.linspace(0.0, 1.0, STATIONS)[:, None]
-            samples = (1.0 - part) * samples[0] + part * samples[1]
+            samples = evenly(samples, STATIONS)
         miss = points - np.array([probes[face].point(uv) for uv in samples])
         gap = max(gap, float(np.linalg.norm(miss, axis=1).max()))
     return gap
@@ -341,20 +340,17 @@ def edge_turn(sides, probes):
     """Largest angle between the normals of the two faces at an edge, at nine stations [rad]; nan without two faces."""
     if len(sides) != 2:
         return np.nan
-    turn = 0.0
-    for part in np.linspace(0.0, 1.0, 9):
-        at = [along(samples, part) for _, samples in sides]
-        n, m = (probes[face].normal(uv) for (face, _), uv in zip(sides, at, strict=True))
-        if n.any() and m.any():
-            turn = max(turn, float(np.arctan2(np.linalg.norm(np.cross(n, m)), n @ m)))
-    return turn
+    n, m = (np.array([probes[face].normal(uv) for uv in evenly(samples, 9)]) for face, samples in sides)
+    turn = np.arctan2(np.linalg.norm(np.cross(n, m), axis=1), np.einsum("kc,kc->k", n, m))
+    return float(turn[n.any(axis=1) & m.any(axis=1)].max(initial=0.0))
 
 
-def along(samples, part):
-    """(u, v) a part of the way along samples."""
-    x = part * (len(samples) - 1)
-    k = min(len(samples) - 2, int(x))
-    return (1.0 - (x - k)) * samples[k] + (x - k) * samples[k + 1]
+def evenly(samples, n):
+    """n points (u, v) along samples, from the first to the last."""
+    x = np.linspace(0.0, len(samples) - 1.0, n)
+    k = np.minimum(len(samples) - 2, x.astype(int))
+    part = (x - k)[:, None]
+    return (1.0 - part) * samples[k] + part * samples[k + 1]
 
 
 def vertex_gaps(edges, curves, gaps, vertices, vertex_ids):

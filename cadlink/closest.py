@@ -20,7 +20,7 @@ from cadlink.items import try_item
 from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import WORK
 from cadlink.osculating import CALM, LABEL, REMEMBERED, recall, remember
-from cadlink.quick import PENDING, WAITING, quick_search, surely_in
+from cadlink.quick import AGAIN, PENDING, WAITING, quick_search, surely_in
 from cadlink.skin import ON_FACE, ON_LEAF
 from cadlink.track import ANSWER, answer_on_form, answer_on_patch, settle, track_edge, track_face, track_leaf, write
 
@@ -158,10 +158,13 @@ def project_chunk(
                 a, b, label = track_edge(skin, item, a, b, p, work, out)
         if label < 0:
             at, hint, hint_a, hint_b = p, item, a, b
-            item, a, b, row, reach = quick_search(
-                skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
-                p, hint, hint_a, hint_b, entries, bounds, pending, found, work,
-            )  # fmt: skip
+            row, reach = 0, AGAIN
+            for attempt in range(2):
+                if reach == AGAIN:
+                    item, a, b, row, reach = quick_search(
+                        skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
+                        p, hint, hint_a, hint_b, attempt == 0, entries, bounds, pending, found, work,
+                    )  # fmt: skip
             if reach < 0.0:
                 reach = 0.0
                 if hint < 0:

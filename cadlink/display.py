@@ -40,9 +40,3 @@ def triangles_of(faces):
     if not points:
         return np.zeros((0, 3)), np.zeros((0, 3), int)
     return np.vstack(points), np.ascontiguousarray(np.vstack(cells))
-
-
-def enclosed_volume(points, cells):
-    """Signed volume inside a closed set of triangles: negative where normals point inwards."""
-    a, b, c = points[cells[:, 0]], points[cells[:, 1]], points[cells[:, 2]]
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

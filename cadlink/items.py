@@ -11,8 +11,9 @@ import numpy as np
 from numba import njit
 
 from cadlink.kernels import INNER, POINT
+from cadlink.leaf_bounds import UNIQUE, bend_by_height, bend_by_point, cell_beside, leaf_beside
 from cadlink.nurbs import arc_foot, dot, from_ramp, minus
-from cadlink.patch_foot import patch_derivatives, patch_foot
+from cadlink.patch_foot import patch_foot
 from cadlink.primitives import foot_on_form
 from cadlink.records import CONE, TORUS
 from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE
@@ -36,36 +37,16 @@ def try_face(face, pieces, ctrl, p, best, work):
 
 
 @njit(**POINT)
-def leaf_bound(leaf, p):
-    """Distance from a point to the aligned box of a leaf, and its height above the middle."""
-    frame, half = leaf.frame, leaf.half
-    x, y, z = p[0] - frame[0, 0], p[1] - frame[0, 1], p[2] - frame[0, 2]
-    a = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
-    b = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
-    c = x * frame[3, 0] + y * frame[3, 1] + z * frame[3, 2]
-    da = max(0.0, abs(a) - half[0])
-    db = max(0.0, abs(b) - half[1])
-    dc = max(0.0, abs(c) - half[2])
-    return sqrt(da * da + db * db + dc * dc), c
-
-
-@njit(**POINT)
-def starts_for(leaf, bound, height):
-    """How many Newton starts: where a leaf may bend round the point there may be several minima."""
-    if abs(height) <= leaf.half[2]:
-        bend = max(leaf.bend[0], leaf.bend[1])
-    else:
-        bend = leaf.bend[0] if height > 0.0 else leaf.bend[1]
-    return 1 if (bound + 2.0 * leaf.half[2]) * bend < 0.7 else 10
-
-
-@njit(**POINT)
-def start_in_leaf(leaf, start, s, t):
-    """Parameters of one of ten starts: first s, t (the middle of the leaf where s < 0), then a grid of nine."""
+def start_in_leaf(leaf, cell, x, y):
+    """Parameters below a point at x, y in the axes of a leaf, kept to one of its nine cells or, < 0, to the leaf."""
     s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
-    if start == 0:
-        return (s, t) if s >= 0.0 else (0.5 * (s0 + s1), 0.5 * (t0 + t1))
-    return s0 + (s1 - s0) * (((start - 1) % 3) + 0.5) / 3.0, t0 + (t1 - t0) * (((start - 1) // 3) + 0.5) / 3.0
+    if cell >= 0:
+        i, j, w_s, w_t = cell % 3, cell // 3, (s1 - s0) / 3.0, (t1 - t0) / 3.0
+        s0, s1, t0, t1 = s0 + i * w_s, s0 + (i + 1) * w_s, t0 + j * w_t, t0 + (j + 1) * w_t
+    start = leaf.start
+    x, y = x - start[2], y - start[3]
+    s, t = start[0] + start[4] * x + start[5] * y, start[1] + start[6] * x + start[7] * y
+    return min(s1, max(s0, s)), min(t1, max(t0, t))
 
 
 @njit(**POINT)
@@ -81,26 +62,26 @@ def leaf_holds(leaf, patch, face, pieces, ctrl, s, t, work):
 
 @njit(**POINT)
 def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
-    """Nearest foot inside the face from a start in a leaf (its middle where s < 0)."""
+    """Nearest foot inside the face, downhill from s, t (from below the point where s < 0) and from the leaf's cells."""
     distance, found_s, found_t, foot = np.inf, 0.0, 0.0, p
-    bound, height = leaf_bound(leaf, p)
-    if bound >= best:
+    bound, beside, x, y, z = leaf_beside(leaf, p)
+    if bound >= best or beside > best * leaf.cone:
         return distance, found_s, found_t, foot
-    for start in range(starts_for(leaf, bound, height)):
-        a, b = start_in_leaf(leaf, start, s, t)
-        if start > 0:
-            # A cell out of reach needs no start.
-            q, _, _, _, _, _ = patch_derivatives(patch, ctrl, power, a, b, work)
-            m = minus(q, p)
-            if sqrt(dot(m, m)) - leaf.cell >= min(best, distance):
-                continue
+    for cell in range(-1, 9):
+        nearest = min(best, distance)
+        # The cells come in where the leaf may bend round the point, those where no normal reaches it excepted.
+        if cell == 0 and (bound + 2.0 * leaf.half[2]) * bend_by_height(leaf, z) < UNIQUE:
+            break
+        if cell >= 0 and cell_beside(leaf, cell, x, y) > nearest * leaf.cone:
+            continue
+        a, b = (s, t) if cell < 0 and s >= 0.0 else start_in_leaf(leaf, cell, x, y)
         a, b, q, f, free, _ = patch_foot(patch, ctrl, power, p, a, b, work)
         h = sqrt(f)
-        if not free or h >= min(best, distance):
-            continue
-        if not leaf_holds(leaf, patch, face, pieces, ctrl, a, b, work):
+        if not free or h >= nearest or not leaf_holds(leaf, patch, face, pieces, ctrl, a, b, work):
             continue
         distance, found_s, found_t, foot = h, a, b, q
+        if h * bend_by_point(leaf, p, q) < UNIQUE:
+            break
     return distance, found_s, found_t, foot
 
 
@@ -154,10 +135,11 @@ def try_arc(curve, ctrl, p, s, work):
         h = sqrt(f)
         # Beyond the end of the edge the vertex answers; between pieces the end is a point as good.
         past = abs(dot(minus(q, p), d1)) > END * dot(d1, d1)
-        if past and ((a <= 0.0 and curve.ends_there[0]) or (a >= 1.0 and curve.ends_there[1])):
-            continue
-        if h < distance:
+        ends = (a <= 0.0 and curve.ends_there[0]) or (a >= 1.0 and curve.ends_there[1])
+        if h < distance and not (past and ends):
             distance, found, foot = h, a, q
+        if h * curve.bend < UNIQUE:
+            break
     return distance, found, foot
 
 

@@ -1,4 +1,4 @@
-"""Patches and curved edges cut into leaves: pieces so nearly flat that a foot on them is unique.
+"""Patches and curved edges cut into leaves: pieces so nearly flat that a foot on them is mostly unique.
 
 A leaf is a start for Newton and a box that says whether to start at all. Cutting goes on until
 the legs of the control net turn less than TURN in either direction, all patches of one degree at
@@ -6,21 +6,18 @@ a time. The box is aligned with the leaf; it holds the control net, so it holds 
 (weights are positive).
 """
 
-from math import acos, pi, sin, sqrt
+from math import acos, sqrt
 
 import numpy as np
 from numba import njit
 
 from cadlink.bezier import project_ctrl, split
-from cadlink.nurbs import WORK, cross, dot, from_ramp, minus, patch_point, shape_on_patch
-from cadlink.osculating import TRACKED
+from cadlink.leaf_measures import measure_leaves
+from cadlink.nurbs import WORK, from_ramp
 from cadlink.trim import inside
 
 TURN = 0.3  # rad
 LEVELS = 16  # halvings at most
-REACH = 2.0  # mm: distance from the skin at which they are promised
-TWIST_SAFETY = 2.0  # on differences over a few pieces of a leaf
-SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree has waves
 
 
 # Part of a patch.
@@ -33,7 +30,8 @@ SAFETY = 1.25  # on curvatures sampled at more points of a leaf than its degree 
 #          the map from s, t to that plane
 #   inner  s0, s1, t0, t1 within which every foot on the patch counts (rim.py)
 #   sense, group   of its face and of that face's rim
-#   cell   radius [mm] of one of its nine cells about the cell's middle, for starts of Newton (items.py)
+#   cell   mm along the first two axes, of its three by three cells: from one to the next along s and along t,
+#          and half the size of a box that holds any of them (leaf_bounds.py)
 #   tiny   steps in s and t so short that a Taylor series ends them (power.py)
 #   twist  bounds of the first and second derivative of the curvature [1/mm^2, 1/mm^3];  calm  quarter of its
 #          smaller side [mm] (osculating.py)
@@ -50,7 +48,7 @@ LEAF = np.dtype(
         ("whole", "i8"),
         ("cone", "f8"),
         ("start", "f8", 8),
-        ("cell", "f8"),
+        ("cell", "f8", (3, 2)),
         ("tiny", "f8", 2),
         ("twist", "f8", 2),
         ("calm", "f8"),
@@ -61,13 +59,13 @@ LEAF = np.dtype(
 )
 
 
-def cut_patches(patches, faces, pieces, ctrl, smallest):
+def cut_patches(patches, faces, pieces, ctrl, power, smallest):
     """Leaves of all patches and the control points of each, those outside their trim left out.
 
     smallest : mm, a net smaller than this is not cut further
     returns : LEAF records, low (n, 3), high (n, 3) boxes along the axes of space
     """
-    found_patch, found_rect, found_net = [], [], []
+    found_patch, found_rect, found_nets = [], [], []
     degree = patches["degree"]
     for p, q in np.unique(degree, axis=0):
         ids = np.flatnonzero((degree[:, 0] == p) & (degree[:, 1] == q))
@@ -82,7 +80,7 @@ def cut_patches(patches, faces, pieces, ctrl, smallest):
                 flat[:] = True
             found_patch.append(ids[flat])
             found_rect.append(rects[flat])
-            found_net += [net.reshape(-1, 3) for net in project_ctrl(nets[flat])]
+            found_nets.append(project_ctrl(nets[flat]).reshape(-1, (p + 1) * (q + 1), 3))
             ids, rects, nets, along_u = ids[~flat], rects[~flat], nets[~flat], along_u[~flat]
             if not len(ids):
                 break
@@ -96,15 +94,19 @@ def cut_patches(patches, faces, pieces, ctrl, smallest):
     leaves["whole"] = part == 2
     leaves["face"] = patches["face"][leaves["patch"]]
     leaves["period"] = faces["period"][leaves["face"]]
-    measure_leaves(patches, ctrl, leaves)
-    for k, net in enumerate(found_net):
-        low[k], high[k] = net.min(axis=0), net.max(axis=0)
-        frame = leaves["frame"][k]
-        local = (net - frame[0]) @ frame[1:].T
-        least, most = local.min(axis=0), local.max(axis=0)
-        frame[0] += 0.5 * (least + most) @ frame[1:]
-        leaves["half"][k] = 0.5 * (most - least)
-        leaves["start"][k, 2:4] = -0.5 * (least + most)[:2]
+    measure_leaves(patches, ctrl, power, leaves)
+    first = 0
+    for nets in found_nets:
+        mine = slice(first, first + len(nets))
+        first = mine.stop
+        low[mine], high[mine] = nets.min(axis=1), nets.max(axis=1)
+        frame = leaves["frame"][mine]
+        local = (nets - frame[:, :1]) @ frame[:, 1:].transpose(0, 2, 1)
+        least, most = local.min(axis=1), local.max(axis=1)
+        middle = 0.5 * (least + most)
+        frame[:, 0] += np.einsum("kc,kcx->kx", middle, frame[:, 1:])
+        leaves["half"][mine] = 0.5 * (most - least)
+        leaves["start"][mine, 2:4] = -middle[:, :2]
     return leaves, low, high
 
 
@@ -126,25 +128,53 @@ def halves(ids, rects, nets, along_u):
 
 def flatness(nets, smallest):
     """(flat, along_u): nets that need no cut, and those that turn more along s than along t."""
-    p = project_ctrl(nets)
-    size = np.linalg.norm(np.ptp(p.reshape(len(p), -1, 3), axis=1), axis=1)
-    turn_u, turn_v = np.zeros(len(p)), np.zeros(len(p))
-    for legs in (np.diff(p, axis=1), np.diff(p, axis=2)):
-        length = np.linalg.norm(legs, axis=3)
-        unit = legs / np.maximum(length, 1e-300)[..., None]
-        # Legs of no length (poles, double points) have no direction.
-        real = length > 1e-7 * size[:, None, None]
-        for axis in (1, 2):
-            mean = np.where(real[..., None], unit, 0.0).sum(axis=axis, keepdims=True)
-            mean /= np.maximum(np.linalg.norm(mean, axis=3, keepdims=True), 1e-300)
-            cosine = np.where(real, (unit * mean).sum(axis=3), 1.0)
-            turn = np.arccos(np.clip(cosine.reshape(len(p), -1).min(axis=1), -1.0, 1.0))
-            if axis == 1:
-                turn_u = np.maximum(turn_u, turn)
-            else:
-                turn_v = np.maximum(turn_v, turn)
-    flat = (np.maximum(turn_u, turn_v) < TURN) | (size < smallest)
-    return flat, turn_u >= turn_v
+    turn, size = np.zeros((len(nets), 2)), np.zeros(len(nets))
+    turns_of_nets(project_ctrl(nets), turn, size)
+    return (turn.max(axis=1) < TURN) | (size < smallest), turn[:, 0] >= turn[:, 1]
+
+
+@njit(cache=True)
+def turns_of_nets(nets, turn, size):
+    """Fill the largest angle of a leg with the mean of its row, rows along s and along t [rad], and the size [mm].
+
+    nets : (n, p + 1, q + 1, 3)
+    """
+    rows, columns = nets.shape[1], nets.shape[2]
+    for k in range(len(nets)):
+        for c in range(3):
+            low = high = nets[k, 0, 0, c]
+            for i in range(rows):
+                for j in range(columns):
+                    low, high = min(low, nets[k, i, j, c]), max(high, nets[k, i, j, c])
+            size[k] += (high - low) ** 2
+        size[k] = sqrt(size[k])
+        # Legs along s, then along t, each in rows along either.
+        for leg in range(2):
+            i1, j1 = (1, 0) if leg == 0 else (0, 1)
+            m, n = rows - i1, columns - j1
+            for axis in range(2):
+                least = 1.0
+                for row in range(n if axis == 0 else m):
+                    x = y = z = 0.0
+                    # The mean of the row's directions, then how far each turns from it.
+                    for sweep in range(2):
+                        for along in range(m if axis == 0 else n):
+                            i, j = (along, row) if axis == 0 else (row, along)
+                            a = nets[k, i + i1, j + j1, 0] - nets[k, i, j, 0]
+                            b = nets[k, i + i1, j + j1, 1] - nets[k, i, j, 1]
+                            c = nets[k, i + i1, j + j1, 2] - nets[k, i, j, 2]
+                            length = sqrt(a * a + b * b + c * c)
+                            # Legs of no length (poles, double points) have no direction.
+                            if length <= 1e-7 * size[k]:
+                                continue
+                            if sweep == 0:
+                                x, y, z = x + a / length, y + b / length, z + c / length
+                            else:
+                                least = min(least, (a * x + b * y + c * z) / length)
+                        mean = sqrt(x * x + y * y + z * z)
+                        if sweep == 0 and mean > 0.0:
+                            x, y, z = x / mean, y / mean, z / mean
+                turn[k, axis] = max(turn[k, axis], acos(max(-1.0, least)))
 
 
 def where_inside(patches, faces, pieces, ctrl, ids, rects):
@@ -180,147 +210,6 @@ def classify(patches, faces, pieces, ctrl, ids, rects, part):
             part[k] = 1
         elif inside(face, pieces, ctrl, 0.5 * (u0 + u1), 0.5 * (v0 + v1), work):
             part[k] = 2
-
-
-@njit(cache=True)
-def measure_leaves(patches, ctrl, leaves):
-    """Centre and axes of each leaf, largest curvature to either side, cone of normals, Newton's steps."""
-    work = np.zeros(WORK)
-    for k in range(len(leaves)):
-        leaf = leaves[k]
-        patch = patches[leaf.patch]
-        s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
-        s, t = 0.5 * (s0 + s1), 0.5 * (t0 + t1)
-        centre, d_s, d_t, _, _, _ = patch_point(patch, ctrl, s, t, work)
-        n, _, _, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
-        # First axis along the leaf: S_s, or e where S_s vanishes.
-        length = sqrt(dot(d_s, d_s))
-        a = (d_s[0] / length, d_s[1] / length, d_s[2] / length) if length > 0.0 else e
-        b = cross(n, a)
-        for c in range(3):
-            leaf.frame[0, c] = centre[c]
-            leaf.frame[1, c], leaf.frame[2, c], leaf.frame[3, c] = a[c], b[c], n[c]
-        leaf.start[0], leaf.start[1] = s, t
-        for end in range(2):
-            leaf.uv[end] = from_ramp(leaf.rect[end], patch.uv[0], patch.uv[1], patch.ramp[0])
-            leaf.uv[2 + end] = from_ramp(leaf.rect[2 + end], patch.uv[2], patch.uv[3], patch.ramp[1])
-        det = length * dot(d_t, b)
-        if abs(det) > 1e-9 * (length * length + dot(d_t, d_t)):
-            leaf.start[4], leaf.start[5] = dot(d_t, b) / det, -dot(d_t, a) / det
-            leaf.start[7] = length / det
-        turn = 0.0
-        n_s, n_t = max(4, patch.degree[0] + 3), max(4, patch.degree[1] + 3)
-        for i in range(n_s):
-            for j in range(n_t):
-                s = s0 + (s1 - s0) * (0.001 + 0.998 * i / (n_s - 1.0))
-                t = t0 + (t1 - t0) * (0.001 + 0.998 * j / (n_t - 1.0))
-                m, k1, k2, _ = shape_on_patch(patch, ctrl, s, t, 1.0, work)
-                leaf.bend[0] = max(leaf.bend[0], -SAFETY * k2)
-                leaf.bend[1] = max(leaf.bend[1], SAFETY * k1)
-                turn = max(turn, acos(min(1.0, dot(m, n))) if dot(m, n) > -1.0 else pi)
-        leaf.cone = sin(min(0.5 * pi, 1.2 * turn + 0.01))
-        measure_steps(patch, ctrl, leaf, work)
-        measure_twist(patch, ctrl, leaf, work)
-        measure_cells(patch, ctrl, leaf, work)
-
-
-@njit
-def measure_cells(patch, ctrl, leaf, work):
-    """Fill cell: the largest distance from the middle of a cell to its corners, with some room."""
-    w_s, w_t = (leaf.rect[1] - leaf.rect[0]) / 3.0, (leaf.rect[3] - leaf.rect[2]) / 3.0
-    for i in range(3):
-        for j in range(3):
-            s, t = leaf.rect[0] + i * w_s, leaf.rect[2] + j * w_t
-            middle, _, _, _, _, _ = patch_point(patch, ctrl, s + 0.5 * w_s, t + 0.5 * w_t, work)
-            for k in range(4):
-                corner, _, _, _, _, _ = patch_point(patch, ctrl, s + (k % 2) * w_s, t + (k // 2) * w_t, work)
-                away = minus(corner, middle)
-                leaf.cell = max(leaf.cell, SAFETY * sqrt(dot(away, away)))
-
-
-@njit
-def measure_steps(patch, ctrl, leaf, work):
-    """How short a Newton step must be for a Taylor series to end it: errors of TRACKED.
-
-    Over steps of a quarter of the leaf the series misses by e (third order, all of it); a step of x
-    leaves misses by e (4 x)^3. Newton itself leaves a foot error of second order from the tangential
-    part q of S_xx and, at the distance REACH, from the third derivatives.
-    """
-    w_s, w_t = leaf.rect[1] - leaf.rect[0], leaf.rect[3] - leaf.rect[2]
-    miss, drift, even, first_s, first_t = 0.0, 0.0, 1.0, 0.0, 0.0
-    for i in range(3):
-        for j in range(3):
-            s, t = leaf.rect[0] + 0.5 * i * w_s, leaf.rect[2] + 0.5 * j * w_t
-            x, d_s, d_t, d_ss, d_st, d_tt = patch_point(patch, ctrl, s, t, work)
-            a, b = (-0.25 if i > 0 else 0.25) * w_s, (-0.25 if j > 0 else 0.25) * w_t
-            y, _, _, _, _, _ = patch_point(patch, ctrl, s + a, t + b, work)
-            e = 0.0
-            for c in range(3):
-                series = x[c] + a * d_s[c] + b * d_t[c] + 0.5 * (a * a * d_ss[c] + b * b * d_tt[c]) + a * b * d_st[c]
-                e += (y[c] - series) * (y[c] - series)
-            e = sqrt(e)
-            miss = max(miss, e)
-            size_s, size_t = sqrt(dot(d_s, d_s)) * w_s, sqrt(dot(d_t, d_t)) * w_t
-            # How unevenly the parameters run: 0 at a pole.
-            first_s, first_t = (size_s, size_t) if i + j == 0 else (first_s, first_t)
-            even = min(even, min(size_s / max(first_s, 1e-300), size_t / max(first_t, 1e-300)))
-            even = min(even, min(first_s / max(size_s, 1e-300), first_t / max(size_t, 1e-300)))
-            for d, w2 in ((d_ss, w_s * w_s), (d_st, w_s * w_t), (d_tt, w_t * w_t)):
-                along = max(abs(dot(d, d_s)) * w_s / max(size_s, 1e-300), abs(dot(d, d_t)) * w_t / max(size_t, 1e-300))
-                drift = max(drift, 1.5 * w2 * along)
-            drift = max(drift, 3.0 * 64.0 * e * REACH / max(min(size_s, size_t), 1e-300))
-    step = min(0.25, (TRACKED[0] / max(64.0 * miss, 1e-300)) ** (1.0 / 3.0), sqrt(TRACKED[1] / max(drift, 1e-300)))
-    if even < 0.1:
-        step = 1e-9  # near a pole the second derivatives must be those of the foot itself
-    leaf.tiny[0], leaf.tiny[1] = step * w_s, step * w_t
-
-
-@njit
-def measure_twist(patch, ctrl, leaf, work):
-    """Fill twist: bounds of the first and second derivative of the curvature along the leaf.
-
-    From differences of the curvature tensor k1 e e^T + k2 f f^T over neighbours u along s and v along t, at an angle a:
-
-        first <= sqrt(c_u^2 + c_v^2) / sin a,     second <= sqrt(c_uu^2 + 2 c_uv^2 + c_vv^2) / sin^2 a
-
-    As tensors of space they also hold the turning of the tangent plane, k^2 and 2 k^3. At a pole neighbours
-    coincide; those have nothing to say.
-    """
-    n_s, n_t = max(4, patch.degree[0] + 3), max(4, patch.degree[1] + 3)
-    place, tensor = np.zeros((n_s, n_t, 3)), np.zeros((n_s, n_t, 3, 3))
-    size = np.zeros(2)
-    for i in range(n_s):
-        for j in range(n_t):
-            s = leaf.rect[0] + (leaf.rect[1] - leaf.rect[0]) * (0.001 + 0.998 * i / (n_s - 1.0))
-            t = leaf.rect[2] + (leaf.rect[3] - leaf.rect[2]) * (0.001 + 0.998 * j / (n_t - 1.0))
-            x, d_s, d_t, _, _, _ = patch_point(patch, ctrl, s, t, work)
-            n, k1, k2, e = shape_on_patch(patch, ctrl, s, t, 1.0, work)
-            f = cross(n, e)
-            size[0] = max(size[0], sqrt(dot(d_s, d_s)) * (leaf.rect[1] - leaf.rect[0]))
-            size[1] = max(size[1], sqrt(dot(d_t, d_t)) * (leaf.rect[3] - leaf.rect[2]))
-            for a in range(3):
-                place[i, j, a] = x[a]
-                for b in range(3):
-                    tensor[i, j, a, b] = k1 * e[a] * e[b] + k2 * f[a] * f[b]
-    for i in range(1, n_s - 1):
-        for j in range(1, n_t - 1):
-            u, v = 0.5 * (place[i + 1, j] - place[i - 1, j]), 0.5 * (place[i, j + 1] - place[i, j - 1])
-            uu, vv, uv = (u * u).sum(), (v * v).sum(), (u * v).sum()
-            if sqrt(uu) > 1e-3 * size[0] / n_s and sqrt(vv) > 1e-3 * size[1] / n_t:
-                # 1 / sin^2 of the angle between them.
-                skew = 1.0 / max(1.0 - uv * uv / (uu * vv), 1e-12)
-                c_u, c_v = 0.5 * (tensor[i + 1, j] - tensor[i - 1, j]), 0.5 * (tensor[i, j + 1] - tensor[i, j - 1])
-                c_uu = tensor[i + 1, j] - 2.0 * tensor[i, j] + tensor[i - 1, j]
-                c_vv = tensor[i, j + 1] - 2.0 * tensor[i, j] + tensor[i, j - 1]
-                for a in (-1, 1):
-                    for b in (-1, 1):
-                        c_uv = tensor[i + a, j + b] - tensor[i + a, j] - tensor[i, j + b] + tensor[i, j]
-                        first = (c_u * c_u).sum() / uu + (c_v * c_v).sum() / vv
-                        second = (c_uu * c_uu).sum() / (uu * uu) + (c_vv * c_vv).sum() / (vv * vv)
-                        second += 2.0 * (c_uv * c_uv).sum() / (uu * vv)
-                        leaf.twist[0] = max(leaf.twist[0], TWIST_SAFETY * sqrt(first * skew))
-                        leaf.twist[1] = max(leaf.twist[1], TWIST_SAFETY * sqrt(second) * skew)
-    leaf.calm = 0.25 * min(size[0], size[1])
 
 
 def cut_arc(ctrl, smallest):

@@ -124,9 +124,11 @@ def patch_point(patch, ctrl, s, t, work):
         z_t, z_st, z_tt = z_t + s0 * c1, z_st + s1 * c1, z_tt + s0 * c2
         w, w_s, w_ss = w + s0 * d0, w_s + s1 * d0, w_ss + s2 * d0
         w_t, w_st, w_tt = w_t + s0 * d1, w_st + s1 * d1, w_tt + s0 * d2
-    x, x_s, x_t, x_ss, x_st, x_tt = quotient(x, x_s, x_t, x_ss, x_st, x_tt, w, w_s, w_t, w_ss, w_st, w_tt)
-    y, y_s, y_t, y_ss, y_st, y_tt = quotient(y, y_s, y_t, y_ss, y_st, y_tt, w, w_s, w_t, w_ss, w_st, w_tt)
-    z, z_s, z_t, z_ss, z_st, z_tt = quotient(z, z_s, z_t, z_ss, z_st, z_tt, w, w_s, w_t, w_ss, w_st, w_tt)
+    f = 1.0 / w
+    w_s, w_t, w_ss, w_st, w_tt = w_s * f, w_t * f, w_ss * f, w_st * f, w_tt * f
+    x, x_s, x_t, x_ss, x_st, x_tt = over(x, x_s, x_t, x_ss, x_st, x_tt, f, w_s, w_t, w_ss, w_st, w_tt)
+    y, y_s, y_t, y_ss, y_st, y_tt = over(y, y_s, y_t, y_ss, y_st, y_tt, f, w_s, w_t, w_ss, w_st, w_tt)
+    z, z_s, z_t, z_ss, z_st, z_tt = over(z, z_s, z_t, z_ss, z_st, z_tt, f, w_s, w_t, w_ss, w_st, w_tt)
     return (
         (x, y, z),
         (x_s, y_s, z_s),
@@ -138,15 +140,14 @@ def patch_point(patch, ctrl, s, t, work):
 
 
 @njit(forceinline=True, **POINT)
-def quotient(a, a_s, a_t, a_ss, a_st, a_tt, w, w_s, w_t, w_ss, w_st, w_tt):
-    """a / w and its derivatives."""
-    f = a / w
-    f_s = (a_s - w_s * f) / w
-    f_t = (a_t - w_t * f) / w
-    f_ss = (a_ss - 2.0 * w_s * f_s - w_ss * f) / w
-    f_st = (a_st - w_s * f_t - w_t * f_s - w_st * f) / w
-    f_tt = (a_tt - 2.0 * w_t * f_t - w_tt * f) / w
-    return f, f_s, f_t, f_ss, f_st, f_tt
+def over(a, a_s, a_t, a_ss, a_st, a_tt, f, w_s, w_t, w_ss, w_st, w_tt):
+    """a / w and its derivatives by the quotient rule; f = 1 / w, and w_s .. are those of w, divided by w."""
+    a = a * f
+    a_s, a_t = a_s * f - w_s * a, a_t * f - w_t * a
+    a_ss = a_ss * f - 2.0 * w_s * a_s - w_ss * a
+    a_st = a_st * f - w_s * a_t - w_t * a_s - w_st * a
+    a_tt = a_tt * f - 2.0 * w_t * a_t - w_tt * a
+    return a, a_s, a_t, a_ss, a_st, a_tt
 
 
 @njit(forceinline=True, **POINT)

@@ -7,6 +7,7 @@ and polynomial arcs through the moved points are kept within 1e-10 mm.
     x, y, n    axes of the plane's coordinates and its normal, in space
 """
 
+import sys
 from math import hypot
 
 import numpy as np
@@ -183,5 +184,9 @@ def corrected(adaptor, first, last, probe, finder, origin, normal):
     return fit_curve(value, breaks, FIT, depth=4)
 
 
+def main(job, out):
+    serve(work, job, out)
+
+
 if __name__ == "__main__":
-    serve(work)
+    main(*sys.argv[1:])

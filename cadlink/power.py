@@ -19,12 +19,12 @@ import numpy as np
 from numba import njit
 
 from cadlink.kernels import POINT
-from cadlink.nurbs import dot
+from cadlink.nurbs import dot, over
 
 ROUND_OFF = 1e-12  # mm: largest sum of round-off, nearly never reached, of a patch that serves
 FOUND, HELD, DOUBTFUL = 1, 0, -1
 STEPS = 12
-CONVERGED = 0.003  # of Leaf.tiny: no error of the series is left in the distance, 1e-7 of the curvature
+CONVERGED = 0.0003  # of Leaf.tiny: no error of the series is left in the distance, 3e-8 of the curvature
 
 
 def power_basis(degree):
@@ -142,17 +142,6 @@ def third_derivatives(patch, power, s, t, n, foot, n_ss, n_st, n_tt):
 
 
 @njit(forceinline=True, **POINT)
-def over(a, a_s, a_t, a_ss, a_st, a_tt, f, w_s, w_t, w_ss, w_st, w_tt):
-    """a / w and its derivatives; f = 1 / w, and w_s .. are those of w, divided by w."""
-    a = a * f
-    a_s, a_t = a_s * f - w_s * a, a_t * f - w_t * a
-    a_ss = a_ss * f - 2.0 * w_s * a_s - w_ss * a
-    a_st = a_st * f - w_s * a_t - w_t * a_s - w_st * a
-    a_tt = a_tt * f - 2.0 * w_t * a_t - w_tt * a
-    return a, a_s, a_t, a_ss, a_st, a_tt
-
-
-@njit(forceinline=True, **POINT)
 def moved(a, a_s, a_t, ds, dt):
     return a[0] + a_s[0] * ds + a_t[0] * dt, a[1] + a_s[1] * ds + a_t[1] * dt, a[2] + a_s[2] * ds + a_t[2] * dt
 
@@ -176,6 +165,8 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
         a11, a22 = dot(d_s, d_s), dot(d_t, d_t)
         h11, h12, h22 = a11 + dot(r, d_ss), dot(d_s, d_t) + dot(r, d_st), a22 + dot(r, d_tt)
         det = h11 * h22 - h12 * h12
+        for c in range(3):
+            out[0, c] = centre[c] + x[c]
         if not (h11 > 0.0 and det > 1e-4 * a11 * a22):
             return DOUBTFUL, s, t, 0.0, 0.0
         ds, dt = (h12 * g2 - h22 * g1) / det, (h12 * g1 - h11 * g2) / det

@@ -13,8 +13,9 @@ item is out of the question
       the leaf than best sin c: no normal of the leaf then reaches the point;
     - a leaf that continues the one with the best foot, where distance times curvature is so small
       that the distance along the surface has one minimum only.
-Whatever is in doubt (a foot in the band along a rim, near an axis or centre of curvature, a Newton
-step that fails) is left to the careful search of closest.py.
+A leaf that may bend round the point, or on which Newton fails, is asked again with several starts (items.py)
+once the best foot is known. Whatever else is in doubt (a foot in the band along a rim, near an axis) is left
+to the careful search of closest.py.
 """
 
 from math import floor, sqrt
@@ -24,8 +25,9 @@ from numba import njit
 
 from cadlink.boxtree import box_distance
 from cadlink.form_foot import distance_to_form
-from cadlink.items import try_item
+from cadlink.items import start_in_leaf, try_item, try_leaf
 from cadlink.kernels import POINT
+from cadlink.leaf_bounds import UNIQUE, bend_by_height, bend_by_point, leaf_beside
 from cadlink.nurbs import from_ramp
 from cadlink.power import CONVERGED, DOUBTFUL, FOUND, foot_in_box
 from cadlink.records import CYLINDER, PLANE, SPHERE, TORUS
@@ -48,7 +50,9 @@ SKIN = 0.1  # mm: reach at most; a larger one makes the search look at more item
 TURNED = 0.93  # cosine between leaves that continue each other
 BESIDE = 0.7  # the same of leaves that touch
 WAITING = 256  # nodes and items that may wait; points in the middle of everything are left to the careful search
-HIT, MISS, DOUBT = 1, 0, -1
+HIT, MISS, DOUBT, SEVERAL = 1, 0, -1, 2
+APART, NEXT, ACROSS = 0, 1, 2
+CAREFUL, AGAIN = -1.0, -2.0
 PENDING = 8  # items that the nearest foot, once known, may excuse
 
 
@@ -127,30 +131,6 @@ def surely_in(leaf, s, t):
     return inner[0] <= s <= inner[1] and inner[2] <= t <= inner[3]
 
 
-@njit(**POINT)
-def leaf_beside(leaf, p):
-    """Distance from a point to the box of a leaf, beside it, and the place in its axes."""
-    frame, half = leaf.frame, leaf.half
-    x, y, z = p[0] - frame[0, 0], p[1] - frame[0, 1], p[2] - frame[0, 2]
-    a = x * frame[1, 0] + y * frame[1, 1] + z * frame[1, 2]
-    b = x * frame[2, 0] + y * frame[2, 1] + z * frame[2, 2]
-    c = x * frame[3, 0] + y * frame[3, 1] + z * frame[3, 2]
-    da, db = max(0.0, abs(a) - half[0]), max(0.0, abs(b) - half[1])
-    dc = max(0.0, abs(c) - half[2])
-    beside = da * da + db * db
-    return sqrt(beside + dc * dc), sqrt(beside), a, b, c
-
-
-@njit(**POINT)
-def one_foot(leaf, reach, height):
-    """Whether a leaf has one foot at most for points that near: distance times curvature below 0.85."""
-    if abs(height) <= leaf.half[2]:
-        bend = max(leaf.bend[0], leaf.bend[1])
-    else:
-        bend = leaf.bend[0] if height > 0.0 else leaf.bend[1]
-    return reach * bend < 0.85
-
-
 @njit(forceinline=True, **POINT)
 def overlap(a0, a1, b0, b1, period):
     """Whether two ranges of a parameter meet."""
@@ -161,65 +141,68 @@ def overlap(a0, a1, b0, b1, period):
 
 
 @njit(**POINT)
-def continues(leaf, other, height, other_height, best, foot):
-    """Whether a leaf continues the other with the best foot, near enough that it has no other foot.
+def continues(leaf, other, height, other_height, best, foot, leap):
+    """Whether a leaf continues the other with the best foot, near enough that it has no other foot: NEXT where they
+    touch, ACROSS where others may lie between (which only holds if none of those has several feet), APART if not.
 
-    height, other_height : of the point above both
+    height, other_height : of the point above both; leap : whether ACROSS may be the answer
     """
     if leaf.group != other.group:
-        return False
+        return APART
     a, b = leaf.frame, other.frame
     cosine = leaf.sense * other.sense * (a[3, 0] * b[3, 0] + a[3, 1] * b[3, 1] + a[3, 2] * b[3, 2])
-    if cosine < BESIDE or not one_foot(leaf, best + 2.0 * SKIN, height):
-        return False
-    if leaf.face == other.face and one_foot(other, best + 2.0 * SKIN, other_height):
+    if cosine < BESIDE or (best + 2.0 * SKIN) * bend_by_height(leaf, height) >= UNIQUE:
+        return APART
+    if leaf.face == other.face and (best + 2.0 * SKIN) * bend_by_height(other, other_height) < UNIQUE:
         # Leaves that share a side or a corner.
         c, d = leaf.uv, other.uv
         if overlap(c[0], c[1], d[0], d[1], leaf.period[0]) and overlap(c[2], c[3], d[2], d[3], leaf.period[1]):
-            return True
-    if cosine < TURNED:
-        return False
+            return NEXT
+    if not leap or cosine < TURNED:
+        return APART
     apart, _, _, _, _ = leaf_beside(leaf, foot)
-    return apart <= 0.7 * best + 1e-6
+    return ACROSS if apart <= 0.7 * best + 1e-6 else APART
 
 
 @njit(**POINT)
-def quick_leaf(leaf, patch, other, known, other_height, power, p, best, foot, s, t, found):
-    """HIT where the foot may be on a leaf, MISS or DOUBT; bound or distance, room, s, t, excusable.
+def quick_leaf(leaf, patch, other, known, other_height, leap, power, p, best, foot, s, t, found):
+    """HIT where the foot may be on a leaf, or MISS; bound or distance, room, s, t, excusable, several, excuse.
 
-    other : the leaf with the best foot where that is known, other_height of the point above it
-    excusable : whether a MISS or DOUBT may be excused by a leaf with a nearer foot
+    other : the leaf with the best foot where that is known, other_height of the point above it; leap : as above
+    excuse : how it continues that leaf
+    excusable : whether a MISS may be excused by a leaf with a nearer foot
+    several : whether the leaf may hold nearer feet than this one, which several starts would find (items.py)
     """
     bound, beside, x, y, z = leaf_beside(leaf, p)
     room = (beside - best * leaf.cone) / (1.0 + leaf.cone)
     if room >= SKIN:
-        return MISS, bound, SKIN, s, t, False
-    if known and continues(leaf, other, z, other_height, best, foot):
-        return MISS, bound, SKIN, s, t, False
+        return MISS, bound, SKIN, s, t, False, False, APART
+    excuse = continues(leaf, other, z, other_height, best, foot, leap) if known else APART
+    if excuse != APART:
+        return MISS, bound, SKIN, s, t, False, False, excuse
     if room > 0.0:
-        return MISS, bound, room, s, t, False
+        return MISS, bound, room, s, t, False, False, APART
     if bound >= best:
-        return MISS, bound, 0.0, s, t, True
+        return MISS, bound, 0.0, s, t, True, False, APART
     if not patch.steady:
-        return DOUBT, bound, 0.0, s, t, True
-    rect, start = leaf.rect, leaf.start
+        return MISS, bound, 0.0, s, t, True, True, APART
     if s < 0.0:
-        x, y = x - start[2], y - start[3]
-        s = min(rect[1], max(rect[0], start[0] + start[4] * x + start[5] * y))
-        t = min(rect[3], max(rect[2], start[1] + start[6] * x + start[7] * y))
+        s, t = start_in_leaf(leaf, -1, x, y)
     # A little over the sides, so that a foot between two leaves is in one of them.
+    rect = leaf.rect
     w_s, w_t = 0.05 * (rect[1] - rect[0]), 0.05 * (rect[3] - rect[2])
     code, s, t, h, pull = foot_in_box(
         patch, power, p, s, t, max(0.0, rect[0] - w_s), min(1.0, rect[1] + w_s), max(0.0, rect[2] - w_t),
         min(1.0, rect[3] + w_t), leaf.tiny[0], leaf.tiny[1], CONVERGED, found,
     )  # fmt: skip
+    if code == DOUBTFUL:
+        return MISS, bound, 0.0, s, t, True, True, APART
     # A foot, or a nearest point on a side, is the only one as near if nothing on the way bends round the point.
     far = h if code == FOUND else min(h, bound + leaf.half[2])
-    if code == DOUBTFUL or not one_foot(leaf, far, z):
-        return DOUBT, bound, 0.0, s, t, True
-    if code != FOUND:
-        return MISS, bound, 0.2 * pull, s, t, True
-    return HIT, h, 0.0, s, t, True
+    several = far * min(bend_by_height(leaf, z), bend_by_point(leaf, p, found[0])) >= UNIQUE
+    if code == FOUND:
+        return HIT, h, 0.0, s, t, True, several, APART
+    return MISS, bound, 0.2 * pull, s, t, True, several, APART
 
 
 # --- the search ----------------------------------------------------------------------------------
@@ -239,19 +222,21 @@ def push(entries, bounds, top, entry, bound):
 @njit(forceinline=True, **POINT)
 def quick_search(
     skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
-    p, hint, hint_a, hint_b, entries, bounds, pending, found, work,
+    p, hint, hint_a, hint_b, leap, entries, bounds, pending, found, work,
 ):  # fmt: skip
     """The nearest item and its reach: best first, down the tree of boxes.
 
     items .. power : arrays of the skin, already taken out of it
     hint : item to be tried first with its parameters, -1 for none
+    leap : whether leaves may be excused across others (continues)
     entries, bounds : nodes, and items numbered after them, that wait in order of their bounds
-    returns : item, two parameters, row of found with the derivatives of a patch, reach: -1 where the
-        careful search must decide
+    returns : item, two parameters, row of found with the derivatives of a patch, reach: AGAIN where a search
+        without leaps must decide, CAREFUL where the careful one must
     """
     best, item, a, b, row, last = np.inf, -1, 0.0, 0.0, 0, -1
     others, room, foot, height = np.inf, SKIN, p, 0.0
-    n_nodes, n_pending, top, doubt = len(nodes), 0, 0, False
+    n_nodes, n_pending, top = len(nodes), 0, 0
+    doubt = leapt = bends = False
     if root >= 0:
         top = push(entries, bounds, top, root, 0.0)
     if 0 <= hint < len(items) and not items[hint].smooth:
@@ -287,7 +272,7 @@ def quick_search(
         other = entry - n_nodes
         a1, b1 = (hint_a, hint_b) if other == hint else (-1.0, -1.0)
         kind, ref = items[other].kind, items[other].ref
-        excused = False
+        excused = several = False
         if kind == ON_FACE:
             face, rim = faces[ref], rims[ref]
             code, h, free = quick_face(face, rim, rasters, pieces, ctrl, p, best, work)
@@ -295,14 +280,24 @@ def quick_search(
         elif kind == ON_LEAF:
             leaf = leaves[ref]
             patch, mine = patches[leaf.patch], found[1 - row]
-            code, h, free, a1, b1, excused = quick_leaf(
-                leaf, patch, leaves[last], last >= 0, height, power, p, best, foot, a1, b1, mine
+            code, h, free, a1, b1, excused, several, excuse = quick_leaf(
+                leaf, patch, leaves[last], last >= 0, height, leap, power, p, best, foot, a1, b1, mine
             )
+            leapt |= excuse == ACROSS
             if code == HIT and not surely_in(leaf, a1, b1):
                 face, rim = faces[patch.face], rims[patch.face]
                 where, free = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, a1, b1, mine, h, work)
                 if where != IN:
                     code = DOUBT if where == UNSURE and h < best + 1e-9 else MISS
+            if several and code != DOUBT:
+                if n_pending < PENDING:
+                    pending[n_pending, 0], pending[n_pending, 1] = other, 0.0
+                    pending[n_pending, 2], pending[n_pending, 3] = bound, SEVERAL
+                    n_pending += 1
+                else:
+                    doubt = True
+                if code == MISS:
+                    continue
         else:
             code, h, free = MISS, bound, 0.0
             if h < best:
@@ -330,16 +325,36 @@ def quick_search(
     for k in range(n_pending):
         other, bound = int(pending[k, 0]), pending[k, 2]
         free = max(pending[k, 1], 0.5 * (bound - best))
-        if free < room and items[other].kind == ON_LEAF:
+        if (free < room or free <= 1e-9) and items[other].kind == ON_LEAF:
             leaf = leaves[items[other].ref]
             _, beside, _, _, above = leaf_beside(leaf, p)
             free = max(free, (beside - best * leaf.cone) / (1.0 + leaf.cone))
-            if last >= 0 and continues(leaf, leaves[last], above, height, best, foot):
-                free = SKIN
-        if pending[k, 3] == DOUBT and free <= 1e-9:
+            if last >= 0:
+                excuse = continues(leaf, leaves[last], above, height, best, foot, leap)
+                leapt |= excuse == ACROSS
+                free = SKIN if excuse != APART else free
+        if free <= 1e-9 and pending[k, 3] == DOUBT:
             doubt = True
+        if free <= 1e-9 and pending[k, 3] == SEVERAL and not doubt:
+            bends = True
+            ref = items[other].ref
+            leaf, mine = leaves[ref], found[1 - row]
+            patch = patches[leaf.patch]
+            h, a1, b1, _ = try_leaf(leaf, patch, faces[patch.face], pieces, ctrl, power, p, best, -1.0, -1.0, work)
+            if h < best:
+                code = DOUBTFUL
+                if patch.steady:
+                    code, a1, b1, h, _ = foot_in_box(
+                        patch, power, p, a1, b1, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], CONVERGED, mine
+                    )
+                doubt = code != FOUND
+                best, item, a, b, last, row = h, other, a1, b1, ref, 1 - row
+                foot = (mine[0, 0], mine[0, 1], mine[0, 2])
+                _, _, _, _, height = leaf_beside(leaf, p)
         room = min(room, free)
     reach = max(0.0, min(room, 0.5 * (others - best)))
     if doubt or item < 0:
-        reach = -1.0
+        reach = CAREFUL
+    elif bends and leapt:
+        reach = AGAIN
     return item, a, b, row, reach

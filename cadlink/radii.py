@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cadlink.leaves import SAFETY
+from cadlink.leaf_measures import SAFETY
 from cadlink.primitives import shape_on_form
 from cadlink.records import PATCHES
 from cadlink.skin import build_skin

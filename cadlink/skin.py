@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cadlink.boxtree import NODE, build_tree
+from cadlink.leaf_measures import measure_arcs
 from cadlink.leaves import cut_arc, cut_patches
 from cadlink.nurbs import PATCH
 from cadlink.power import to_power
@@ -46,7 +47,7 @@ FACE = np.dtype(
 
 # One piece of an edge. frame: start and way to the end | centre, x radius, y radius;
 # span: angles t0, t1 | s0, s1 on the arc, its t0, t1 and ramp, first and last of the edge;
-# ends_there: a vertex ends the edge at the piece's start, at its end.
+# ends_there: a vertex ends the edge at the piece's start, at its end; bend: largest curvature of an arc [1/mm].
 CURVE = np.dtype(
     [
         ("edge", "i8"),
@@ -55,6 +56,7 @@ CURVE = np.dtype(
         ("degree", "i8"),
         ("span", "f8", 7),
         ("ends_there", "i8", 2),
+        ("bend", "f8"),
     ]
 )
 # turn: least and largest sine between its faces; normal: their mean at equal steps along it (smooth.py).
@@ -118,7 +120,9 @@ def build_skin(record, chosen=None):
     ctrl = np.vstack(nets) if nets else np.zeros((1, 4))
     box = record["vertices"] if len(record["vertices"]) else curve_boxes.reshape(-1, 3)
     smallest = 1e-7 * float(np.ptp(box, axis=0).max()) if len(box) else 0.0
-    leaves, leaf_low, leaf_high = cut_patches(patches, faces, pieces, ctrl, smallest)
+    measure_arcs(curves, ctrl)
+    power = to_power(patches, ctrl)
+    leaves, leaf_low, leaf_high = cut_patches(patches, faces, pieces, ctrl, power, smallest)
     vertices = pack_vertices(record, renumber)
 
     closed = np.flatnonzero(faces["form"] < PATCHES)
@@ -141,7 +145,6 @@ def build_skin(record, chosen=None):
     pad = 1e-9 * max(1e-3, float(np.ptp(items["low"], axis=0).max()))
     items["low"] -= pad
     items["high"] += pad
-    power = to_power(patches, ctrl)
     rims, rasters = build_rims(faces, pieces, ctrl)
     fill_inner(leaves, patches, faces, rims)
     skin = Skin(
@@ -279,13 +282,13 @@ def pack_edges(record, renumber, nets):
             uv_count += len(uv)
         a, b = curve_end(curve, 0), curve_end(curve, -1)
         if curve.form == LINE:
-            curves.append((edge, (a, b - a, np.zeros(3)), 0, 0, np.zeros(7), (1, 1)))
+            curves.append((edge, (a, b - a, np.zeros(3)), 0, 0, np.zeros(7), (1, 1), 0.0))
             kinds.append(ON_LINE)
             boxes.append((np.minimum(a, b), np.maximum(a, b)))
         elif curve.form == CIRCLE:
             turn = curve.last - curve.first > 2.0 * np.pi - 1e-9
             span = (curve.first, curve.last, 0, 0, 0, 0, 0)
-            curves.append((edge, curve.frame, 0, 0, span, (not turn, not turn)))
+            curves.append((edge, curve.frame, 0, 0, span, (not turn, not turn), 0.0))
             kinds.append(ON_CIRCLE)
             hull = np.vstack([arc.ctrl[:, :3] / arc.ctrl[:, 3:] for arc in curve.arcs])
             boxes.append((hull.min(axis=0), hull.max(axis=0)))
@@ -296,7 +299,7 @@ def pack_edges(record, renumber, nets):
                 arc = curve.arcs[i]
                 span = (s0, s1, arc.t0, arc.t1, arc.ramp, curve.first, curve.last)
                 here = (k == 0 and not closed, k == len(cuts) - 1 and not closed)
-                curves.append((edge, np.zeros((3, 3)), count, len(net) - 1, span, here))
+                curves.append((edge, np.zeros((3, 3)), count, len(net) - 1, span, here, 0.0))
                 kinds.append(ON_ARC)
                 nets.append(net)
                 count += len(net)

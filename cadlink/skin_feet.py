@@ -13,7 +13,8 @@ from cadlink.answer import INNER, edge_at, faces_at_edge
 from cadlink.boxtree import box_distance
 from cadlink.closest import CHUNK
 from cadlink.feet import ALIKE
-from cadlink.items import leaf_bound, leaf_holds, start_in_leaf, starts_for, try_item
+from cadlink.items import leaf_holds, start_in_leaf, try_item
+from cadlink.leaf_bounds import UNIQUE, bend_by_height, cell_beside, leaf_beside
 from cadlink.nurbs import WORK, arc_derivatives, dot, minus
 from cadlink.patch_foot import patch_foot
 from cadlink.radii import radii_of_skin
@@ -57,11 +58,14 @@ def propose_on_item(skin, item, p, towards, reach, found, distances, count, work
         return propose_foot(p, q, towards, reach, found, distances, count) if h < np.inf else count
     leaf = skin.leaves[skin.items[item].ref]
     patch = skin.patches[leaf.patch]
-    bound, height = leaf_bound(leaf, p)
-    if bound > reach:
+    bound, beside, x, y, z = leaf_beside(leaf, p)
+    if bound > reach or beside > reach * leaf.cone:
         return count
-    for start in range(starts_for(leaf, bound, height)):
-        s, t = start_in_leaf(leaf, start, -1.0, -1.0)
+    alone = (bound + 2.0 * leaf.half[2]) * bend_by_height(leaf, z) < UNIQUE
+    for cell in range(-1, 0 if alone else 9):
+        if cell >= 0 and cell_beside(leaf, cell, x, y) > reach * leaf.cone:
+            continue
+        s, t = start_in_leaf(leaf, cell, x, y)
         s, t, q, f, free, _ = patch_foot(patch, skin.ctrl, skin.power, p, s, t, work)
         if free and f <= reach * reach:
             if leaf_holds(leaf, patch, skin.faces[patch.face], skin.pieces, skin.ctrl, s, t, work):

@@ -81,13 +81,18 @@ def project(skin, hints, stamp, points, seed):
 
 
 def hint_grid(surface):
-    """The nearest item at the middle of each cell of a coarse grid round the skin: where searches begin."""
+    """The nearest item at the middle of each cell of a coarse grid round the skin: where searches begin.
+
+    Those that fill it begin at a coarser one.
+    """
     low, high = surface.skin.items["low"].min(axis=0), surface.skin.items["high"].max(axis=0)
     size = np.maximum(high - low, 1e-3 * (high - low).max())
-    counts = np.maximum(1, np.round(size * (CELLS / size.prod()) ** (1.0 / 3.0))).astype(int)
-    per_mm = counts / size
-    middles = [low[c] + (np.arange(counts[c]) + 0.5) / per_mm[c] for c in range(3)]
-    points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 3)
-    nowhere = Hints(low, per_mm, np.full((1, 1, 1), -1))
-    found = project(surface.skin, nowhere, surface.stamp, points, np.zeros((len(points), COLUMNS)))
-    return Hints(low, per_mm, found.seed[:, 0].astype(np.int64).reshape(counts))
+    hints = Hints(low, np.zeros(3), np.full((1, 1, 1), -1))
+    for cells in (CELLS // 64, CELLS):
+        counts = np.maximum(1, np.round(size * (cells / size.prod()) ** (1.0 / 3.0))).astype(int)
+        per_mm = counts / size
+        middles = [low[c] + (np.arange(counts[c]) + 0.5) / per_mm[c] for c in range(3)]
+        points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 3)
+        found = project(surface.skin, hints, surface.stamp, points, np.zeros((len(points), COLUMNS)))
+        hints = Hints(low, per_mm, found.seed[:, 0].astype(np.int64).reshape(counts))
+    return hints

@@ -1,6 +1,7 @@
 """Triangles of a part within a chord tolerance, with the exact normals at their corners. Runs as a child process."""
 
 import io
+import sys
 
 import numpy as np
 from OCP.BinTools import BinTools
@@ -84,5 +85,9 @@ def limit_normal(probe, at, middle):
     return probe.normal((u + BESIDE * (middle[0] - u), middle[1]))
 
 
+def main(job, out):
+    serve(work, job, out)
+
+
 if __name__ == "__main__":
-    serve(work)
+    main(*sys.argv[1:])

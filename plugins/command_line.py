@@ -159,13 +159,14 @@ def projection(*cases: str, points: int = 20000, as_json: Json = False):
     points
         Points within 2 mm of the surface.
     """
-    from .bench_projection import measure, projection_table
+    from .bench_projection import measure, projection_table, sentences
 
     rows = measure(cases, points)
     if as_json:
         print_json(rows)
     else:
         print_table(projection_table(rows))
+        print(*sentences(rows), sep="\n")
 
 
 @bench.command
