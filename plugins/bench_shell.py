@@ -11,6 +11,7 @@ from solver.elements.patches import neighbours
 from solver.materials.law import Law
 
 from .arc_length import follow
+from .shell_limits import limit_rows
 from .shell_problems import PROBLEMS
 
 STEPS = 25  # along a path, at least: none moves a node farther than this part of the largest displacement
@@ -106,7 +107,7 @@ def path_of(case, scene):
         )
     else:
         farthest = np.abs(case.curve[:, 1:]).max() / STEPS
-        steps = list(follow(scene, Implicit(), farthest, last=case.curve[-1, 0]))
+        steps = list(follow(scene, Implicit(), farthest, loaded=case.wrinkles, last=case.curve[-1, 0]))
         places, iterations = [step[:2] for step in steps], sum(step[2] for step in steps)
     node = [(scene.blank.nodes_of(group)[0], axis, sign) for group, axis, sign in case.probes.values()]
     path = [[load, *(sign * (x[n, axis] - start[n, axis]) for n, axis, sign in node)] for load, x in places]
@@ -132,18 +133,19 @@ def distances(path, curve):
 
 
 def measure(name, kind, refinement):
-    """Run one problem. Returns a row: problem, mesh, nodes, values {probe: (found, published, error)} at the full load,
-    off {probe: distance of the curves}, error: the largest of them, iterations, seconds."""
+    """Run one problem. Returns a row: problem, mesh, refinement, nodes, values {probe: (found, published, error)} at
+    the full load, off {probe: distance of the curves}, error: the largest of them, iterations, seconds of CPU time."""
     case = PROBLEMS[name]
     scene = build(case, kind, refinement)
-    started = time.perf_counter()
+    started = time.process_time()
     path, iterations = path_of(case, scene)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     ends = zip(path[-1, 1:].tolist(), case.curve[-1, 1:].tolist(), strict=True)
     values = {probe: (v, r, v / r - 1.0) for probe, (v, r) in zip(case.probes, ends, strict=True)}
     off = dict(zip(case.probes, distances(path, case.curve).tolist(), strict=True))
     return {
-        "problem": name, "mesh": kind, "nodes": len(scene.blank.mesh.points), "values": values, "off": off,
+        "problem": name, "mesh": kind, "refinement": refinement, "nodes": len(scene.blank.mesh.points),
+        "values": values, "off": off,
         "error": max(*off.values(), *(abs(e) for _, _, e in values.values())),
         "iterations": iterations, "seconds": seconds,
     }  # fmt: skip
@@ -189,28 +191,42 @@ def line_of(row):
     ]
 
 
-HEADER = ["problem", "mesh", "nodes", "at full load [%]", "curve [%]", "iterations", "s"]
+HEADER = ["problem", "mesh", "nodes", "at full load [%]", "curve [%]", "iterations", "CPU s"]
 
 
 def plot(done, png):
-    """Draw the largest error of each run against the number of nodes. done : rows; png : path"""
+    """Draw the error of each run against the number of nodes: the largest one against the published rows, and the
+    largest at the full load against the limit of the meshes. done : rows; png : path"""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    fig, axes = plt.subplots(1, 2, figsize=(12, 4.6), sharey=True, layout="constrained")
-    for axis, kind in zip(axes, MESHES):
+    largest = {}  # {(problem, mesh): largest error at the full load against the limit, of each refinement}
+    for row in limit_rows(done):
+        for kind, errors in row["errors"].items():
+            key = row["problem"], kind
+            largest[key] = np.maximum(largest.get(key, 0.0), np.abs(errors))
+    fig, axes = plt.subplots(2, 2, figsize=(12, 8.5), sharex=True, sharey=True, layout="constrained")
+    for column, kind in enumerate(MESHES):
         for k, name in enumerate(PROBLEMS):
             mine = [row for row in done if row["problem"] == name and row["mesh"] == kind and "failed" not in row]
             nodes = [row["nodes"] for row in mine]
-            error = [100.0 * row["error"] for row in mine]
-            axis.loglog(nodes, error, "o-", color=f"C{k}", label=name, markersize=4)
-        reach = np.array([30.0, 5000.0])
-        axis.loglog(reach, 600.0 / reach, "--", color="0.6", label="second order")
-        axis.set(title=kind, xlabel="nodes", ylim=(0.02, 50.0))
-        axis.grid(alpha=0.3, which="both")
-    axes[0].set_ylabel("largest error [%]")
-    fig.legend(*axes[1].get_legend_handles_labels(), fontsize=8, loc="outside right center")
-    fig.savefig(png, dpi=130)
+            errors = [row["error"] for row in mine], largest.get((name, kind), [])
+            for axis, error in zip(axes[:, column], errors, strict=True):
+                axis.loglog(
+                    nodes[-len(error) :], 100.0 * np.array(error), "o-", color=f"C{k}", label=name, markersize=4
+                )
+        for axis, what in zip(
+            axes[:, column], ("from the published rows", "from the limit, at the full load"), strict=True
+        ):
+            reach = np.array([30.0, 5000.0])
+            axis.loglog(reach, 600.0 / reach, "--", color="0.6", label="second order")
+            axis.set(title=f"{kind}: {what}", ylim=(0.005, 50.0))
+            axis.grid(alpha=0.3, which="both")
+        axes[1, column].set_xlabel("nodes")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("largest error [%]")
+    fig.legend(*axes[0, 1].get_legend_handles_labels(), fontsize=8, loc="outside right center")
+    fig.savefig(png, dpi=110)
     plt.close(fig)

@@ -16,7 +16,8 @@ class Problem:
     """One problem. size : (a, b) of the parameter rectangle; shape : (s, t) -> points; groups : {name: (s, t) -> bool};
     cells : divisions along s and t for each refinement; loads : keywords of the stage, at the full load; probes :
     {name: (group, axis, sign)}, in the order of the columns of curve, the published rows (share of the full load,
-    displacements); clamped, fixed : supports."""
+    displacements); clamped, fixed : supports; wrinkles : whether the path is followed by the loaded nodes alone, past
+    what forms and turns over around them."""
 
     title: str
     young: float
@@ -31,6 +32,7 @@ class Problem:
     curve: np.ndarray
     clamped: tuple = ()
     fixed: dict = field(default_factory=dict)
+    wrinkles: bool = False
 
 
 def at(s=None, t=None):
@@ -82,46 +84,47 @@ PROBLEMS = {
     ),
     "annular plate": Problem(
         "slit annular plate, line force", 21e6, 0.0, 0.03, (2.0 * np.pi, 4.0), annulus,
-        {"root": at(s=1), "slit": at(s=0), "inner": at(0, 0), "outer": at(0, 1)}, ((24, 3), (40, 6), (64, 10)),
+        {"root": at(s=1), "slit": at(s=0), "inner": at(0, 0), "outer": at(0, 1)}, ((20, 3), (40, 6), (80, 12)),
         {"forces": {"slit": (0.0, 0.0, 3.2)}}, {"A": ("inner", 2, 1), "B": ("outer", 2, 1)}, CURVES["annular plate"],
         clamped=("root",),
     ),
     "hemisphere": Problem(
         "hemisphere with a hole of 18 degrees", 6.825e7, 0.3, 0.04, (0.5 * np.pi, 0.4 * np.pi), hemisphere,
         {"symmetry_y": at(s=0), "symmetry_x": at(s=1), "out": at(0, 0), "in": at(1, 0), "rim": at(1, 1)},
-        ((8, 8), (16, 16), (32, 32)), {"forces": {"out": (200.0, 0.0, 0.0), "in": (0.0, -200.0, 0.0)}},
+        ((12, 12), (24, 24), (48, 48)), {"forces": {"out": (200.0, 0.0, 0.0), "in": (0.0, -200.0, 0.0)}},
         {"out": ("out", 0, 1), "in": ("in", 1, -1)}, CURVES["hemisphere"], fixed={"rim": "z"},
     ),
     "open cylinder": Problem(
         "pulled open cylinder", 10.5e6, 0.3125, 0.094, (0.5 * np.pi, 5.175), tube(4.953),
         {"symmetry_x": at(s=0), "symmetry_z": at(s=1), "symmetry_y": at(t=0), "A": at(0, 0), "B": at(1, 0),
          "C": at(1, 1)},
-        ((12, 8), (24, 16), (36, 24)), {"forces": {"A": (0.0, 0.0, 10000.0)}},
+        ((12, 8), (24, 16), (48, 32)), {"forces": {"A": (0.0, 0.0, 10000.0)}},
         {"A": ("A", 2, 1), "B": ("B", 0, -1), "C": ("C", 0, -1)}, CURVES["open cylinder"],
     ),
     "pinched cylinder": Problem(
         "pinched cylinder with end diaphragms", 30e3, 0.3, 1.0, (0.5 * np.pi, 100.0), tube(100.0),
         {"symmetry_x": at(s=0), "symmetry_z": at(s=1), "symmetry_y": at(t=0), "A": at(0, 0), "B": at(1, 0),
          "end": at(t=1)},
-        ((16, 16), (32, 32), (48, 48)), {"forces": {"A": (0.0, 0.0, -3000.0)}},
+        ((16, 16), (32, 32), (64, 64)), {"forces": {"A": (0.0, 0.0, -3000.0)}},
         {"A": ("A", 2, -1), "B": ("B", 0, 1)}, CURVES["pinched cylinder"], fixed={"end": "xz"},
+        wrinkles=True,
     ),
     "semi-cylinder": Problem(
         "pinched semi-cylinder", 2068.5, 0.3, 3.0, (0.5 * np.pi, 304.8), tube(101.6),
         {"symmetry_x": at(s=0), "symmetry_z": at(s=1), "root": at(t=0), "A": at(0, 1)},
-        ((12, 16), (24, 32), (36, 48)), {"forces": {"A": (0.0, 0.0, -1000.0)}}, {"A": ("A", 2, -1)},
+        ((12, 16), (24, 32), (48, 64)), {"forces": {"A": (0.0, 0.0, -1000.0)}}, {"A": ("A", 2, -1)},
         CURVES["semi-cylinder"], clamped=("root",),
     ),
     "hinged roof": Problem(
         "hinged cylindrical roof, h = 12.7", 3102.75, 0.3, 12.7, (0.1, 254.0), tube(2540.0),
         {"symmetry_x": at(s=0), "hinge": at(s=1), "symmetry_y": at(t=0), "A": at(0, 0)},
-        ((8, 8), (16, 16), (24, 24)), {"forces": {"A": (0.0, 0.0, -750.0)}}, {"A": ("A", 2, -1)}, CURVES["hinged roof"],
+        ((8, 8), (16, 16), (32, 32)), {"forces": {"A": (0.0, 0.0, -750.0)}}, {"A": ("A", 2, -1)}, CURVES["hinged roof"],
         fixed={"hinge": "xyz"},
     ),
     "thin hinged roof": Problem(
         "hinged cylindrical roof, h = 6.35, through its snap-back", 3102.75, 0.3, 6.35, (0.1, 254.0), tube(2540.0),
         {"symmetry_x": at(s=0), "hinge": at(s=1), "symmetry_y": at(t=0), "A": at(0, 0)},
-        ((8, 8), (16, 16), (24, 24)), {"forces": {"A": (0.0, 0.0, -750.0)}}, {"A": ("A", 2, -1)},
+        ((8, 8), (16, 16), (32, 32)), {"forces": {"A": (0.0, 0.0, -750.0)}}, {"A": ("A", 2, -1)},
         CURVES["thin hinged roof"], fixed={"hinge": "xyz"},
     ),
 }  # fmt: skip

@@ -76,19 +76,25 @@ def gather_forces(slot_force, first, slot, force):
 def gather_blocks(stiffness, n_slots, n_translations, block_first, block_slot, blocks):
     """Fills blocks (n_blocks, 3, 3) with the sum over each block's slots of stiffness (m, d, d), whose unknowns are
     three for each of the leading n_translations slots and one for each of the others."""
-    ends = 2 * n_translations
+    ends, square = 2 * n_translations, n_slots * n_slots
     for block in prange(blocks.shape[0]):
-        for c in range(3):
-            for d in range(3):
-                blocks[block, c, d] = 0.0
+        b11 = b12 = b13 = b21 = b22 = b23 = b31 = b32 = b33 = 0.0
         for k in range(block_first[block], block_first[block + 1]):
-            number = block_slot[k]
-            tri, i, j = number // (n_slots * n_slots), number // n_slots % n_slots, number % n_slots
-            place_i, width_i = (3 * i, 3) if i < n_translations else (ends + i, 1)
-            place_j, width_j = (3 * j, 3) if j < n_translations else (ends + j, 1)
-            for c in range(width_i):
-                for d in range(width_j):
-                    blocks[block, c, d] += stiffness[tri, place_i + c, place_j + d]
+            tri = block_slot[k] // square
+            i, j = divmod(block_slot[k] - square * tri, n_slots)
+            moves, beside = i < n_translations, j < n_translations
+            p, q, s = 3 * i if moves else ends + i, 3 * j if beside else ends + j, stiffness[tri]
+            b11 += s[p, q]
+            if beside:
+                b12, b13 = b12 + s[p, q + 1], b13 + s[p, q + 2]
+            if moves:
+                b21, b31 = b21 + s[p + 1, q], b31 + s[p + 2, q]
+            if moves and beside:
+                b22, b23 = b22 + s[p + 1, q + 1], b23 + s[p + 1, q + 2]
+                b32, b33 = b32 + s[p + 2, q + 1], b33 + s[p + 2, q + 2]
+        blocks[block, 0, 0], blocks[block, 0, 1], blocks[block, 0, 2] = b11, b12, b13
+        blocks[block, 1, 0], blocks[block, 1, 1], blocks[block, 1, 2] = b21, b22, b23
+        blocks[block, 2, 0], blocks[block, 2, 1], blocks[block, 2, 2] = b31, b32, b33
 
 
 @njit(parallel=True, cache=True)

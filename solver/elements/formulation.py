@@ -11,7 +11,9 @@ import numpy as np
 from ..errors import SceneError
 from .membrane import build_membranes, internal_forces, metrics, stiffnesses, unit_normals
 from .patches import build_patches
-from .shell import layer_metrics, resultants, shell_forces, shell_stiffnesses, shell_strains, third_forms
+from .section import layer_metrics, resultants, third_forms
+from .shell import shell_forces, shell_strains
+from .shell_stiffness import shell_stiffnesses
 
 
 @dataclass(frozen=True)
@@ -152,17 +154,16 @@ class ShellElements:
             self.resultants,
         )  # fmt: skip
         shell_forces(
-            sheet.u, p.slots, t.gradients, t.area, p.gradient, p.share, p.side, p.ratio, p.turn, p.edge, p.mirror,
-            p.level, self.resultants, slot_force,
+            sheet.u, p.slots, t.gradients, t.area, p.beyond, p.lever, p.image, p.planes, self.resultants, slot_force
         )  # fmt: skip
 
     def stiffness(self, sheet, stiffness):
         """Fill the stiffness of every triangle (m, 21, 21) [N/mm], of the state whose forces were asked for last."""
         t, p = self.triangles, self.patches
         shell_stiffnesses(
-            sheet.u, p.slots, t.gradients, t.area, p.gradient, p.share, p.side, p.ratio, p.turn, p.edge, p.mirror,
-            p.level, self.curvature, self.inverse, self.resultants, sheet.second_stress, sheet.tangent, self.height,
-            self.weight, self.stretch, self.thickness, stiffness,
+            sheet.u, p.slots, t.gradients, t.area, p.beyond, p.lever, p.image, p.planes, self.curvature, self.inverse,
+            self.resultants, sheet.second_stress, sheet.tangent, self.height, self.weight, self.stretch,
+            self.thickness, stiffness,
         )  # fmt: skip
 
     def stabilisation_work(self, old, new):
@@ -202,8 +203,7 @@ class ShellElements:
     def _kinematics(self, u):
         p = self.patches
         shell_strains(
-            u, p.slots, self.triangles.gradients, p.gradient, p.share, p.side, p.ratio, p.turn, p.edge, p.mirror,
-            p.level, self.metric, self.curvature,
+            u, p.slots, self.triangles.gradients, p.beyond, p.lever, p.image, p.planes, self.metric, self.curvature
         )  # fmt: skip
 
 

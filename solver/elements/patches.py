@@ -24,31 +24,26 @@ INEXACT = 0.02  # error of the four-node slope, relative to the side, above whic
 # linear stresses in equilibrium, OWN^2 d.d = v for OWN = 0.37 to 0.40 by least squares and 0.58 to 0.62 on the mean
 # (Poisson's ratio 0 to 0.3).
 OWN = 0.5
+SHARED = (1.0 - OWN) / 3.0  # of what two triangles have in common, per side
 
 
 class Patches(NamedTuple):
     """m triangles, n nodes, k edge slopes.
 
     slots (m, 9): row of the unknown in each slot, -1 where there is none
-    gradient (m, 3, 2, 6): gradient along axis a of the triangle across side i, unfolded, from patch node I [1/mm];
-    the triangle's own on a free side
-    share (m, 4): of the triangles across and of the triangle itself in its metric, together 1
-    side (m, 3, 2): outward normal of side i; ratio (m, 3): altitude on side i to that of the triangle across
-    turn (m, 3, 3): curvature [11, 22, 2*12] from the slope of side i [1/mm]
-    edge (m, 3, 3): curvature [11, 22, 2*12] from the slope of side i [1/mm^2 for slopes in mm]
-    mirror (m, 3, 3), level (m, 3): unit normal and place of the plane that side i is mirrored at, 0 without
+    beyond (m, 3, 3): where the apex across side i lies, unfolded, as a weighted sum of the triangle's nodes; minus the
+        weight of node i is its altitude relative to the triangle's own
+    lever (m, 3): altitude on side i, by its edge slope's sign and per mesh size, 0 where it has none
+    image (m, 3): row in planes of the plane that side i is mirrored at, -1 without
+    planes (p, 4): unit normal, and place along it [mm]
     n_slopes: k
     """
 
     slots: np.ndarray
-    gradient: np.ndarray
-    share: np.ndarray
-    side: np.ndarray
-    ratio: np.ndarray
-    turn: np.ndarray
-    edge: np.ndarray
-    mirror: np.ndarray
-    level: np.ndarray
+    beyond: np.ndarray
+    lever: np.ndarray
+    image: np.ndarray
+    planes: np.ndarray
     n_slopes: int
 
 
@@ -105,52 +100,38 @@ def build_patches(points, membranes, size, planes, clamped):
     membranes : the triangles' own operators; size : mesh size [mm]; planes : {axis index: nodes}, planes of symmetry;
     clamped : nodes of clamped edges. Raises SceneError where the triangles do not form one orientable surface.
     """
-    cells, axes, linear, area = membranes.cells, membranes.axes, membranes.gradients, membranes.area
-    m, n = len(cells), len(points)
+    cells, axes, m, n = membranes.cells, membranes.axes, len(membranes.cells), len(points)
     tri_across, node_across = neighbours(cells)
     inside = tri_across >= 0
     mirror, level = mirrors(points, cells, ~inside, axes, planes, clamped)
     reflected = np.any(mirror != 0.0, axis=2)
     apex = np.where(inside, cells[tri_across, node_across], np.where(reflected, cells, -1))
     seen = np.where(apex < 0, cells, apex)
-    # Operators, side by side.
-    gradient, edge = np.zeros((m, 3, 2, 6)), np.zeros((m, 3, 3))
-    plane = np.einsum("mac,mic->mia", axes[:, :2], points[cells] - points[cells][:, :1])
-    wants_slope, normal, ratio, share = ~inside & ~reflected, np.empty((m, 3, 2)), np.empty((m, 3)), np.empty((m, 4))
+    # Side by side.
+    wants_slope, beyond = ~inside & ~reflected, np.zeros((m, 3, 3))
+    altitude = 1.0 / np.linalg.norm(membranes.gradients, axis=2)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        own = np.zeros((m, 2, 6))
-        own[:, :, :3] = linear.transpose(0, 2, 1)
-        side = plane[:, k] - plane[:, j]
+        side = points[cells[:, k]] - points[cells[:, j]]
         length = np.linalg.norm(side, axis=1)
-        t = side / length[:, None]
-        nu = np.stack([t[:, 1], -t[:, 0]], axis=1)
-        normal[:, i] = nu
-        altitude = 2.0 * area / length
-        edge[:, :, i] = -2.0 / altitude[:, None] * np.stack([nu[:, 0] ** 2, nu[:, 1] ** 2, 2 * nu[:, 0] * nu[:, 1]], 1)
-        # The apex across, unfolded about the side into the triangle's plane.
+        own_along = np.einsum("mc,mc->m", points[cells[:, i]] - points[cells[:, j]], side) / length
+        # The apex across: how far along the side, and away from it.
         far = points[seen[:, i]]
         behind = np.einsum("mc,mc->m", mirror[:, i], far) - level[:, i]
-        far = far - 2.0 * behind[:, None] * mirror[:, i]
-        t3 = (points[cells[:, k]] - points[cells[:, j]]) / length[:, None]
-        away = far - points[cells[:, j]]
-        s = np.einsum("mc,mc->m", away, t3)
-        h = np.linalg.norm(away - s[:, None] * t3, axis=1)
-        q = plane[:, j] + s[:, None] * t + h[:, None] * nu
-        other = triangle_gradients(plane[:, k], plane[:, j], q)
-        closed = inside[:, i] | reflected[:, i]
-        beyond = np.zeros((m, 2, 6))
-        for slot, place in ((0, k), (1, j), (2, 3 + i)):
-            beyond[:, :, place] = other[:, slot]
-        gradient[:, i] = np.where(closed[:, None, None], beyond, own)
-        ratio[:, i] = np.where(closed, altitude / h, 1.0)
-        share[:, i] = np.where(closed, (1.0 - OWN) / 3.0 * h / (altitude + h), 0.0)
+        away = far - 2.0 * behind[:, None] * mirror[:, i] - points[cells[:, j]]
+        along = np.einsum("mc,mc->m", away, side) / length
+        h = np.linalg.norm(away - (along / length)[:, None] * side, axis=1)
+        # Unfolded about the side, as a weighted sum of the triangle's nodes.
+        ratio = h / altitude[:, i]
+        beyond[:, i, i] = -ratio
+        beyond[:, i, k] = (along + ratio * own_along) / length
+        beyond[:, i, j] = 1.0 + ratio - beyond[:, i, k]
         # Where the four-node slope misses some constant curvature.
-        s_own, s_far = np.einsum("ma,ma->m", plane[:, i] - plane[:, j], t) - 0.5 * length, s - 0.5 * length
+        s_own, s_far = own_along - 0.5 * length, along - 0.5 * length
         miss = 0.5 * np.stack([
-            0.5 * (h - altitude),
+            0.5 * (h - altitude[:, i]),
             (s_own + s_far) / np.sqrt(2.0),
-            (length**2 / 8 - s_own**2 / 2) / altitude + (s_far**2 / 2 - length**2 / 8) / h,
+            (length**2 / 8 - s_own**2 / 2) / altitude[:, i] + (s_far**2 / 2 - length**2 / 8) / h,
         ])  # fmt: skip
         wants_slope[:, i] |= inside[:, i] & (np.linalg.norm(miss, axis=0) > INEXACT * length)
     # A side inside may look inexact from one triangle by round-off and exact from the other.
@@ -158,12 +139,18 @@ def build_patches(points, membranes, size, planes, clamped):
     wants_slope[tri_across[tri, i], node_across[tri, i]] = True
     # Number the slopes; the triangle of lower number counts a slope positive.
     slope, sign, n_slopes = number_slopes(tri_across, node_across, wants_slope)
-    share[:, 3] = 1.0 - share[:, :3].sum(axis=1)
-    turn = edge.copy()
-    edge *= (sign * wants_slope)[:, None, :] / size
+    lever = sign * wants_slope * altitude / size
     slots = np.concatenate([cells, apex, np.where(wants_slope, n + slope, -1)], axis=1)
+    planes, image = np.concatenate([mirror, level[:, :, None]], axis=2)[reflected], np.full((m, 3), -1)
+    planes, image[reflected] = distinct(planes)
     slots = np.ascontiguousarray(slots, dtype=np.int64)
-    return Patches(slots, gradient, share, normal, ratio, turn, edge, mirror, level, n_slopes)
+    return Patches(slots, beyond, lever, image.astype(np.int32), planes, n_slopes)
+
+
+def distinct(planes):
+    """Different rows of planes (k, 4), and which of them each is (k,)."""
+    rows, which = np.unique(planes, axis=0, return_inverse=True)
+    return np.ascontiguousarray(rows), which.ravel()
 
 
 def number_slopes(tri_across, node_across, wanted):
@@ -176,10 +163,3 @@ def number_slopes(tri_across, node_across, wanted):
     slope = np.zeros((m, 3), dtype=np.int64)
     slope[wanted] = number.ravel()
     return slope, np.where(owner == here, 1.0, -1.0), len(kept)
-
-
-def triangle_gradients(a, b, c):
-    """Gradients of the linear shape functions of triangles (a, b, c), each (m, 2). Returns (m, 3, 2)."""
-    double_area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    sides = np.stack([c - b, a - c, b - a], axis=1)
-    return np.stack([-sides[:, :, 1], sides[:, :, 0]], axis=2) / double_area[:, None, None]

@@ -57,10 +57,10 @@ def lumped_masses(sheet, density):
     np.add.at(mass, triangles.cells.ravel(), np.repeat(density * triangles.volume / 3.0, 3))
     if elements.n_slopes:
         material, t = sheet.blank.material, sheet.blank.thickness
-        nu, edge = material.poisson, elements.patches.edge
-        bending = material.young * t**3 / (12.0 * (1.0 - nu**2))
-        d = bending * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
-        stiffness = triangles.area[:, None] * np.einsum("mvi,vw,mwi->mi", edge, d, edge)
+        bending = material.young * t**3 / (12.0 * (1.0 - material.poisson**2))
+        # A slope bends its triangle across its side alone, by -2 lever/altitude^2.
+        turn = 2.0 * elements.patches.lever * np.sum(triangles.gradients**2, axis=2)
+        stiffness = bending * triangles.area[:, None] * turn**2
         period = wave_times(sheet, sheet.points, density)
         rows = elements.slots[:, 6:]
         there = rows >= 0

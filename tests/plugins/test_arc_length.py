@@ -1,10 +1,12 @@
 """The arc length: its constraint, and a path with two limit loads and a snap-back."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from plugins import bench_shell
-from plugins.arc_length import follow, root
+from plugins.arc_length import LoadedNodes, WholeSheet, follow
 from plugins.shell_problems import PROBLEMS
 from solver import Implicit, StepFailed
 
@@ -13,11 +15,23 @@ def test_the_change_of_the_load_keeps_the_length_of_the_step():
     rng = np.random.default_rng(4)
     moved, v = rng.standard_normal((2, 7, 3))
     r, size = 0.01 * rng.standard_normal((7, 3)), np.linalg.norm(moved)
+    root = WholeSheet().change
     change = root(moved, r, v, size)
     ahead = moved + r + change * v
     assert np.linalg.norm(ahead) == pytest.approx(size, rel=1e-12)
     assert np.sum(moved * ahead) > 0.0  # the root that does not turn back
     assert root(moved, 100.0 * np.cross(moved, [1.0, 2.0, 3.0]), 1e-3 * moved, size) is None
+    length = LoadedNodes(v / np.linalg.norm(v))
+    assert length.size(moved + r + length.change(moved, r, v, size) * v) == pytest.approx(size, rel=1e-12)
+
+
+def test_the_loaded_nodes_alone_lead_along_the_same_path():
+    # Through both limit loads of the thicker roof, whose loaded node never comes back.
+    case = PROBLEMS["hinged roof"]
+    path, _ = bench_shell.path_of(replace(case, wrinkles=True), bench_shell.build(case, "lattice", 0))
+    whole, _ = bench_shell.path_of(case, bench_shell.build(case, "lattice", 0))
+    assert (np.diff(path[:, 1]) > 0.0).all() and (np.diff(path[:, 0]) < 0.0).any()
+    assert bench_shell.distances(whole, path)[0] < 1e-3
 
 
 def test_a_snap_back_is_followed():

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from solver import Material, PlanarHill, Swift
-from solver.elements.shell import layer_metrics, resultants
+from solver.elements.section import layer_metrics, resultants
 
 STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589), "mild steel")
 THICKNESS, N_LAYERS = 0.78, 25

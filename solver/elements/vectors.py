@@ -1,0 +1,33 @@
+"""Vectors of three numbers as tuples: they stay in registers, where an array inside a loop would be allocated."""
+
+from numba import njit
+
+
+@njit(forceinline=True)
+def dot(a, b):
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(forceinline=True)
+def cross(a, b):
+    """Vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@njit(forceinline=True)
+def scaled(s, a):
+    """s a"""
+    return s * a[0], s * a[1], s * a[2]
+
+
+@njit(forceinline=True)
+def plus(a, s, b):
+    """a + s b"""
+    return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
+
+
+@njit(forceinline=True)
+def minus(a, b):
+    """a - b"""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
