@@ -23,7 +23,7 @@ def fingerprint(scene):
     digest.update(repr((blank.thickness, blank.material, blank.element, tuple(blank.rolling), blank.clamped)).encode())
     for stage in scene.stages:
         tools = [(t.name, t.friction, tuple(t.axis), t.travel, t.force, t.gap) for t in stage.tools]
-        loads = (stage.pressure, dict(stage.forces), dict(stage.moments), dict(stage.moved))
+        loads = (stage.pressure, dict(stage.forces), dict(stage.moments), dict(stage.moved), stage.speed)
         digest.update(repr((stage.name, loads, tools)).encode())
     return digest.hexdigest()
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from .checkpoint import load_checkpoint, save_checkpoint
 from .contact.feet import feet_per_node
+from .contact.friction import laws_of
 from .contact.search import Neighbourhood
 from .energy import Energy
 from .errors import SceneError, StepFailed
@@ -124,7 +125,7 @@ def tool_runs(scene, sheet, stage, method, placed):
     return [
         ToolRun(
             tool, tool.unit_axis, *placed[tool.name], (tool.force or 0.0) * scene.blank.share, kn, kt,
-            Neighbourhood(tool.surface, len(sheet.points)),
+            Neighbourhood(tool.surface, len(sheet.points)), laws_of(tool.friction, len(sheet.points)),
         )
         for tool in stage.tools
     ]  # fmt: skip

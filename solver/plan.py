@@ -72,6 +72,8 @@ def plan(scene, method=None):
             skips.append((f"stage {stage.name!r}, contact", "no tools"))
         if not any(tool.force for tool in stage.tools):
             skips.append((f"stage {stage.name!r}, tool force balance", "no tool is driven by a force"))
+        if any(tool.friction is not None and tool.friction.needs_speed for tool in stage.tools) and stage.path > 0.0:
+            runs.append((f"stage {stage.name!r}, speed", f"{stage.speed:g} mm/s: it lasts {stage.seconds:.3g} s"))
         frictionless = [tool.name for tool in stage.tools if tool.mu == 0.0]
         if frictionless:
             skips.append((f"stage {stage.name!r}, friction", f"none given for {', '.join(frictionless)}"))
@@ -92,7 +94,7 @@ def plan(scene, method=None):
 
 def _duty(tool):
     axis = tuple(float(c) for c in tool.axis)
-    friction = f", friction {tool.mu:g}" if tool.mu else ""
+    friction = f", {tool.friction}" if tool.friction is not None and tool.mu != 0.0 else ""
     if tool.travel is not None:
         return f"travels {tool.travel:g} mm along {axis} from touching the blank{friction}"
     if tool.force is not None:

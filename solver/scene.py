@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .contact.friction import ByFace, Coulomb, CoulombPressure, CoulombVelocity, Stribeck, check_law
 from .elements.formulation import Membrane, Shell
 from .errors import SceneError
 from .materials.material import Material
@@ -28,20 +29,6 @@ class Surface(Protocol):
         """Closest points. points : (n, 3) mm. Returns distance (n,), point (n, 3), normal (n, 3),
         curvature (n, 2), direction (n, 3), face (n,), seed."""
         ...
-
-
-@dataclass(frozen=True)
-class Coulomb:
-    """Friction traction limited to mu times the contact pressure.
-
-    mu : coefficient of friction, 0 or more
-    """
-
-    mu: float
-
-    def __post_init__(self):
-        if not np.isfinite(self.mu) or self.mu < 0.0:
-            raise SceneError(f"friction coefficient: found {self.mu!r}, expected a number of 0 or more")
 
 
 @dataclass(frozen=True)
@@ -130,7 +117,7 @@ class Tool:
     them the tool stands still.
 
     surface : Surface, normals out of the material
-    friction : Coulomb, or None for a frictionless tool
+    friction : Coulomb, CoulombPressure, CoulombVelocity, Stribeck, ByFace, or None for a frictionless tool
     axis : direction of its motion
     travel : mm along the axis over the stage, counted from first touching the blank
     force : N for the whole part, pressing towards the blank
@@ -139,13 +126,15 @@ class Tool:
 
     name: str
     surface: Surface
-    friction: Coulomb | None = None
+    friction: Coulomb | CoulombPressure | CoulombVelocity | Stribeck | ByFace | None = None
     axis: Sequence[float] = (0.0, 0.0, 1.0)
     travel: float | None = None
     force: float | None = None
     gap: float | None = None
 
     def __post_init__(self):
+        if not isinstance(self.friction, ByFace):
+            check_law(f"tool {self.name!r} friction", self.friction)
         duties = [key for key in ("travel", "force", "gap") if getattr(self, key) is not None]
         if len(duties) > 1:
             raise SceneError(f"tool {self.name!r}: found {' and '.join(duties)}, expected at most one of them")
@@ -165,8 +154,10 @@ class Tool:
 
     @property
     def mu(self):
-        """Coefficient of friction, 0 without friction."""
-        return self.friction.mu if self.friction else 0.0
+        """Coefficient of friction where one number says it all, 0 without friction, NaN for any other law."""
+        if self.friction is None:
+            return 0.0
+        return self.friction.mu if isinstance(self.friction, Coulomb) else np.nan
 
 
 @dataclass(frozen=True)
@@ -179,6 +170,7 @@ class Stage:
     forces : {group: (Fx, Fy, Fz)} N on the modelled nodes of the group together, by their share of its edge
     moments : {group: N} per mm of a shell's free edge; positive stretches the face that the normals leave
     moved : {group: (dx, dy, dz)} mm over the stage, None for a free axis
+    speed : mm/s of the leading tool, or without one of the group moved farthest, for laws that depend on speed
 
     Loads rise in proportion over the stage. What the stage before left unbalanced (its tools, loads and supports) is
     relieved first, with this stage's tools at rest: a stage with nothing in it is springback.
@@ -190,8 +182,17 @@ class Stage:
     forces: Mapping[str, Sequence[float]] = field(default_factory=dict)
     moments: Mapping[str, float] = field(default_factory=dict)
     moved: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
+    speed: float | None = None
 
     def __post_init__(self):
+        if self.speed is not None and not (np.isfinite(self.speed) and self.speed > 0.0):
+            raise SceneError(f"stage {self.name!r} speed: found {self.speed!r}, expected mm/s above 0")
+        for tool in self.tools:
+            if self.path > 0.0 and self.speed is None and tool.friction is not None and tool.friction.needs_speed:
+                raise SceneError(
+                    f"stage {self.name!r} speed: missing, expected mm/s: friction of tool {tool.name!r} depends on "
+                    "how fast the sheet slides"
+                )
         names = [tool.name for tool in self.tools]
         if len(set(names)) < len(names):
             raise SceneError(f"stage {self.name!r}: tools {names} share a name, expected a name each")
@@ -203,6 +204,18 @@ class Stage:
     def is_springback(self):
         """Whether nothing acts in this stage: the sheet only relieves what was left unbalanced."""
         return not (self.tools or self.pressure or self.forces or self.moments or self.moved)
+
+    @property
+    def path(self):
+        """Travel of the stage's leading tool, without one of the group moved farthest [mm]; 0 where nothing moves."""
+        if any(tool.travel is not None for tool in self.tools):
+            return self.stroke
+        return max((abs(d) for movement in self.moved.values() for d in movement if d is not None), default=0.0)
+
+    @property
+    def seconds(self):
+        """How long the stage lasts, inf where nothing moves or nobody says how fast."""
+        return self.path / self.speed if self.speed and self.path > 0.0 else np.inf
 
     @property
     def stroke(self):

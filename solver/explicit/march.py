@@ -97,6 +97,10 @@ class Dynamics:
         self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].status.any()) for run in tools}
         for tool in self.tools:
             tool.velocity = begun.rates[tool.run.tool.name]
+            if tool.run.laws is not None:
+                # Tools move faster here than in the press: friction is that of the stage's own speed.
+                tool.run.laws.lapse[0] = stage.seconds / self.pacing.duration
+        self.measure_areas()
         self.slot_force = np.empty((*elements.slots.shape, 3))
         self.v, self.v_new, self.u_new = begun.rate.copy(), np.zeros(self.fixed.shape), np.zeros(self.fixed.shape)
         self.past = SimpleNamespace(**{name: getattr(state.sheet, name).copy() for name in HISTORY})
@@ -110,6 +114,12 @@ class Dynamics:
         """Half the thickness at the nodes."""
         gather_thickness(self.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
         self.half *= 0.5
+
+    def measure_areas(self):
+        """Area of the nodes now, for friction that depends on pressure: the sheet's volume is constant."""
+        for tool in self.tools:
+            if tool.run.laws is not None:
+                tool.run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half
 
     def fastest(self):
         """Least time in which a wave crosses a triangle now [s]."""
@@ -187,6 +197,7 @@ class Dynamics:
         # Strain, material, forces: the past becomes scratch for what is new.
         if self.count % BEGIN == 0:
             elements.begin(sheet, sheet, material, self.method)
+            self.measure_areas()
         for name in HISTORY:
             now = getattr(sheet, name)
             setattr(sheet, name, getattr(past, name))

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contact.feet import sort_feet
+from ..contact.friction import Laws
 from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.search import Neighbourhood
 from ..elements.assembly import gather_blocks, gather_forces
@@ -21,7 +22,8 @@ from .damping import drag
 
 class ToolRun(NamedTuple):
     """A tool in its stage: press is the sign of its axis that leads to the sheet; mu, kn (n,), kt (n,)
-    friction and stiffnesses [N/mm]; load [N] of the modelled share where a force drives it, else 0."""
+    friction and stiffnesses [N/mm]; load [N] of the modelled share where a force drives it, else 0; laws: of
+    friction where it is more than a number."""
 
     tool: object
     axis: np.ndarray
@@ -31,6 +33,7 @@ class ToolRun(NamedTuple):
     kn: np.ndarray
     kt: np.ndarray
     neighbourhood: Neighbourhood
+    laws: Laws | None = None
 
 
 class Tangent(NamedTuple):
@@ -79,9 +82,16 @@ class Equilibrium:
         residual[self.fixed] = 0.0
         return residual
 
-    def begin(self, old, new):
-        """Finish the prediction and freeze what an increment takes from its start."""
+    def begin(self, old, new, width=0.0):
+        """Finish the prediction and freeze what an increment takes from its start. width : of it, as a fraction of the
+        stage; 0 keeps the time of the last one"""
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
+        for run in self.tools:
+            if run.laws is not None:
+                # The sheet's volume is constant.
+                run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half_thickness
+                if width > 0.0:
+                    run.laws.lapse[0] = width * self.stage.seconds
         self.follow_tools(old, new)
         self.sheet.elements.begin(old.sheet, new.sheet, self.sheet.blank.material, self.method)
 
@@ -155,10 +165,10 @@ class Equilibrium:
         nodes, hit = foot
         self.foot_blocks[:] = 0.0
         contact_forces(
-            nodes, hit.distance, hit.normal, hit.curvature, hit.direction, self.half_thickness, self.skin, self.first,
-            after.multiplier, run.kn, run.kt, run.tool.mu, before.friction_force, before.normal, before.status,
-            x, x_old, move, self.contact, self.foot_blocks, after.normal_force, after.friction_force, after.normal,
-            after.gap, after.status,
+            nodes, hit.distance, hit.normal, hit.curvature, hit.direction, hit.face, self.half_thickness, self.skin,
+            self.first, after.multiplier, run.kn, run.kt, run.tool.mu, run.laws, before.friction_force, before.normal,
+            before.status, x, x_old, move, self.contact, self.foot_blocks, after.normal_force, after.friction_force,
+            after.normal, after.gap, after.status,
         )  # fmt: skip
         blocks += self.foot_blocks
 

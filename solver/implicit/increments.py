@@ -48,8 +48,7 @@ class Accepted(NamedTuple):
 
 def widths(stage, sheet, increments):
     """First and largest increment as fractions of the stage."""
-    movements = [abs(d) for movement in stage.moved.values() for d in movement if d is not None]
-    length = max([stage.stroke] if any(t.travel is not None for t in stage.tools) else movements, default=0.0)
+    length = stage.path
     if length == 0.0:
         return 0.01, 0.05
     return (
@@ -89,7 +88,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         equilibrium.damping = place.damping or 0.0
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
-        equilibrium.begin(old, new)
+        equilibrium.begin(old, new, max(fraction, 0.0) - max(place.fraction, 0.0))
         outcome = solve_increment(equilibrium, solver, old, new, fraction, method, floor)
         trail = " ".join(f"{r:.1e}" for r in outcome.residuals)
         if not outcome.converged:
