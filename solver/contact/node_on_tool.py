@@ -117,7 +117,7 @@ def node_force(gap, n, h, lam, kn, kt, mu, laws, face, node, skin, tau_old, n_ol
 @njit(parallel=True, cache=True)
 def contact_forces(
     near, distance, normal, curvature, direction, face, half_thickness, skin, first, lam, kn, kt, mu, laws,
-    tau_old, n_old, state_old, x, x_old, move, force, stiffness, normal_force, tau, n_new, gap, state,
+    tau_old, n_old, state_old, x, x_old, force, stiffness, normal_force, tau, n_new, gap, state,
 ):  # fmt: skip
     """Adds the contact forces of one tool.
 
@@ -126,7 +126,7 @@ def contact_forces(
     half_thickness (n,), lam (n,), kn (n,), kt (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
     skin : half the width of the gap over which the force sets in [mm]
     first : at an increment's first evaluation the nodes that touched before still do, so that the tangent
-    knows them; x, x_old (n, 3); move (3,) of the tool over the increment
+    knows them; x (n, 3); x_old (n, 3) at the increment's start, carried along with the tool
     adds to force (n, 3) [N]; fills stiffness (n, 3, 3) [N/mm], normal_force (n,), tau (n, 3), n_new (n, 3), gap (n,),
     state (n,) of the near nodes
     """
@@ -141,7 +141,7 @@ def contact_forces(
         n_start = np.empty(3)
         hessian_of_distance(distance[k], normal[k], curvature[k], direction[k], h)
         for c in range(3):
-            du[c] = x[node, c] - x_old[node, c] - move[c]
+            du[c] = x[node, c] - x_old[node, c]
             # A new contact has no old normal, and no friction force to carry.
             n_start[c] = normal[k, c] if state_old[node] == OPEN else n_old[node, c]
         normal_force[node], state[node] = node_force(

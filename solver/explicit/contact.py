@@ -274,4 +274,4 @@ class ToolContact:
 
 def in_order(tools):
     """Tools in the order in which nodes meet them: driven by a force, travelling, standing still."""
-    return sorted(tools, key=lambda run: 0 if run.load > 0.0 else 1 if run.tool.travel is not None else 2)
+    return sorted(tools, key=lambda run: 0 if run.drive is not None else 1 if run.tool.travel is not None else 2)

@@ -103,6 +103,9 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             continue
         log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
         work = work_of(sheet, old, new, tools)
+        rubbed = equilibrium.lost_in_beads(old, new)
+        work["friction"] += rubbed
+        work["external"] += rubbed
         dragging = drag(place.damping, sheet, old, new)
         lost = 0.5 * float(np.sum((dragged + dragging) * (new.sheet.x - old.sheet.x)))
         # work_of takes sheet and tools to be in equilibrium: what the resistance holds comes from outside too.
@@ -174,7 +177,7 @@ def predict(sheet, stage, tools, place, fraction, old, new):
         length = np.linalg.norm(shift, axis=1)[:, None]
         shift *= farthest / np.maximum(length, farthest)
     new.sheet.u[:] = old.sheet.u + shift
-    for group, movement in stage.moved.items():
+    for group, movement in stage.movements.items():
         nodes = sheet.blank.nodes_of(group)
         for axis, distance in enumerate(movement):
             if distance is not None:
@@ -183,6 +186,6 @@ def predict(sheet, stage, tools, place, fraction, old, new):
         travel = old.tools[run.tool.name].travel[0]
         if run.tool.travel is not None:
             travel = run.start + max(fraction, 0.0) * run.tool.travel
-        elif run.load > 0.0:
+        elif run.drive is not None:
             travel += width * place.rates[run.tool.name]
         new.tools[run.tool.name].travel[0] = travel

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..contact.drive import coordinates, move_tools
 from ..contact.node_on_tool import OPEN
 
 LINE_SEARCHES = 4
@@ -24,7 +25,7 @@ class Outcome:
 
 
 def correction(solver, tangent, residual, balance, softest):
-    """Movement of the nodes (n, 3) and of the driven tools (k,) that the tangent asks for.
+    """Movement of the nodes (n, 3) and of the tools that carry loads (k,) that the tangent asks for.
 
     Tools are eliminated by bordering. softest : least stiffness of a tool that touches nothing yet [N/mm]
     """
@@ -33,7 +34,8 @@ def correction(solver, tangent, residual, balance, softest):
         return solver.solve(residual), balance
     answers = solver.solve(np.concatenate([residual[:, :, None], tangent.column], axis=2))
     free, coupled = answers[:, :, 0], answers[:, :, 1:]
-    schur = np.diag(np.maximum(tangent.corner, softest)) - np.einsum("ncj,nck->jk", tangent.row, coupled)
+    softer = np.diag(np.maximum(softest - np.diagonal(tangent.corner), 0.0))
+    schur = tangent.corner + softer - np.einsum("ncj,nck->jk", tangent.row, coupled)
     tools = np.linalg.solve(schur, balance - np.einsum("ncj,nc->j", tangent.row, free))
     return free - coupled @ tools, tools
 
@@ -68,7 +70,6 @@ def deepest(state):
 def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     """Newton iterations at fixed multipliers; fills out."""
     newton, size = method.newton, equilibrium.sheet.size
-    driven = [new.tools[run.tool.name] for run in equilibrium.driven]
     softest = 1e-3 * equilibrium.sheet.contact_stiffness * equilibrium.sheet.area.sum()
     residual, balance, scale = equilibrium.evaluate(old, new, fraction, first=True)
     error = relative(residual, balance, scale, scale_floor)
@@ -91,15 +92,14 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             return
         cap = min(1.0, LONGEST * size / longest) if longest > 0.0 else 1.0
         dx, dw = cap * dx, cap * dw
-        start = new.sheet.u.copy(), [c.travel.copy() for c in driven]
+        start = new.sheet.u.copy(), coordinates(equilibrium.driven, new)
         slope = np.sum(dx * residual) + dw @ balance
         error_before = error
         step = 1.0
 
         def at(step, start=start, dx=dx, dw=dw):
             new.sheet.u[:] = start[0] + step * dx
-            for contact, travel, change in zip(driven, start[1], dw, strict=True):
-                contact.travel[:] = travel + step * change
+            move_tools(equilibrium.driven, new, start[1] + step * dw)
             return equilibrium.evaluate(old, new, fraction)
 
         residual, balance, scale = at(step)

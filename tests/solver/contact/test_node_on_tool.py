@@ -30,7 +30,7 @@ def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None):
     normal_force, gap, state = np.zeros(1), np.zeros(1), np.zeros(1, np.int64)
     contact_forces(
         np.zeros(1, np.int64), hit.distance, hit.normal, hit.curvature, hit.direction, hit.face, 0.4 * one, 1e-12,
-        False, lam * one, KN * one, KT * one, mu, laws, *before, x, x_old, move, f, k, normal_force, tau, n_new, gap,
+        False, lam * one, KN * one, KT * one, mu, laws, *before, x, x_old + move, f, k, normal_force, tau, n_new, gap,
         state,
     )  # fmt: skip
     return f[0], k[0], state[0], tau[0], normal_force[0]
