@@ -118,6 +118,8 @@ def close_tools(sheet, stage, state):
     placed = place_tools(stage, state.sheet.x, half, touching)
     for name, (travel, _) in placed.items():
         state.tools[name].travel[0] = travel
+        if name not in touching:
+            state.tools[name].rest[0] = travel
         log.info("tool %s starts at %.4f mm along its axis", name, travel)
     return placed
 

@@ -142,7 +142,8 @@ class Tool:
     gap : mm between this tool and the far side of the blank; the blank's thickness means just touching
     spring : Spring that presses it towards the blank
     stop : mm that a force or spring gives way, from first touching the blank; there the tool bottoms out
-    rides_on : name of the travelling tool that its spring, or its stop, stands on: a pad in a punch or die
+    rides_on : name of the travelling tool that its spring, or its stop, stands on: a pad in a punch or die; both are
+        then counted from the stage's start
     tilts : whether a force or spring leaves it free to tilt about the two axes across its own; else it is guided
     at : where the force or spring acts, a point of the CAD file or several cushion pins that share it [mm]; by default
         the middle of the blank

@@ -78,6 +78,7 @@ class ContactState(FootState):
     # move
     travel: np.ndarray  # (1,) along the tool's axis from its place in the CAD file [mm]
     tilt: np.ndarray  # (3,) rotation vector about its pivot [rad]
+    rest: np.ndarray  # (1,) travel where it first touched the sheet, from which a spring is pushed back [mm]
     # contact
     force: np.ndarray  # (3,) of the modelled sheet on the tool [N]
     further: tuple = ()  # FootStates
@@ -163,7 +164,9 @@ def new_sheet(points, n_slopes, n_points, n_history=0, tangents=True):
 def new_contact(n_nodes, n_feet=1):
     """A tool that touches nothing yet. n_feet : of a node"""
     further = tuple(FootState(**_no_feet(n_nodes)) for _ in range(n_feet - 1))
-    return ContactState(travel=np.zeros(1), tilt=np.zeros(3), force=np.zeros(3), further=further, **_no_feet(n_nodes))
+    return ContactState(
+        travel=np.zeros(1), tilt=np.zeros(3), rest=np.zeros(1), force=np.zeros(3), further=further, **_no_feet(n_nodes)
+    )
 
 
 def _no_feet(n_nodes):

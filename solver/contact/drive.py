@@ -3,7 +3,7 @@
     a        axis;  press  its sign that leads to the sheet;  w  travel;  p = c + w a  pivot, c its place in the file
     theta    rotation vector, across a: the tool has turned by R = exp [theta], the shortest turn that does it
     r        a pin's place beside the pivot in the CAD file: forces act at p + R r, along a
-    b        how far a pin is pushed back against its load;  phi(b) = <load + k b> + k_s <b - stop>  its force
+    b        how far a pin is pushed back from first touch;  phi(b) = <load + k b> + k_s <b - stop>  its force
     f, K     force of a node on the tool's contact [N], K = - df/dx [N/mm]
 
 Free coordinates z_j: the travel, and where it may tilt theta = sum z_j e_j / L about the axes e_j, L a length of the
@@ -242,9 +242,12 @@ def _lanes(run, contact, omega, x):
 def pushed_back(run, state, pins):
     """b (l,) [mm] of the pins, at p + pins (l, 3) beside the pivot now."""
     drive, contact = run.drive, state.tools[run.tool.name]
-    back = run.start - contact.travel[0]
-    if drive.carrier is not None:
-        other = drive.carrier
+    other = drive.carrier
+    if other is None:
+        back = contact.rest[0] - contact.travel[0]
+    else:
+        # The carrier may have left since first touch: counted from the stage's start.
+        back = run.start - contact.travel[0]
         back += (state.tools[other.tool.name].travel[0] - other.start) * float(other.axis @ run.axis)
     return run.press * (back - (pins - drive.pins) @ run.axis)
 

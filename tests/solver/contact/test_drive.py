@@ -68,6 +68,14 @@ def test_a_pad_on_a_spring_gives_way_by_hooke_s_law(method):
     )
 
 
+def test_a_spring_stays_pushed_back_from_stage_to_stage():
+    scene = stack({"spring": Spring(300.0, 500.0)}, {"travel": -1.0})
+    scene = replace(scene, stages=[scene.stages[0], scene.stages[0]])
+    results = form(scene, frames=1)
+    assert last(results, "travel_BELOW") == pytest.approx(-2.0, abs=0.01)
+    assert -last(results, "force_BELOW") == pytest.approx(500.0 + 300.0 * 2.0, rel=3e-3)
+
+
 def test_a_pad_bottoms_out_at_its_stop():
     # Lighter than the spring at the stop: 500 + 300 * 0.7 = 710 N. Heavier: the stop takes the rest.
     for force, stop, wanted in ((710.0, 1.0, 0.7), (2000.0, 1.0, 1.0)):
