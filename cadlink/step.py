@@ -14,6 +14,7 @@ import numpy as np
 
 from cadlink import read_cache
 from cadlink.child import in_child, run_module
+from cadlink.edges import edge_polyline
 from cadlink.errors import CadError, UnknownPart
 from cadlink.gaps import gaps_of
 from cadlink.pick import pick_faces
@@ -91,6 +92,19 @@ class Part:
 
         surface = ToolSurface(self, faces=faces)
         return shifted(surface, offset, flip)
+
+    def edge(self, numbers=None, *, through=None, chord=0.05):
+        """Corners (k, 3) [mm] of a chain of edges, for example for a drawbead.
+
+        numbers : of the edges along the chain; through : points (x, y, z) in their place, each near its edge
+        chord : mm, largest distance of the polyline from the edges
+        raises : CadError, one line, for edges the part does not have or that do not meet
+        """
+        return edge_polyline(self, numbers, through, chord)
+
+    def pick(self, faces):
+        """Indices (k,) of faces by number, name or colour, as `Projection.face` tells them. Raises CadError."""
+        return pick_faces(self, faces)
 
     def triangles(self):
         """points (n, 3) [mm] and cells (m, 3) for pictures; normals leave the material."""

@@ -13,7 +13,16 @@ from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError, core_schema
 
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
-EXAMPLES = {"mm": "2.5 mm", "N": "19.6 kN", "MPa": "70 GPa", "tonne/mm^3": "7850 kg/m^3"}
+EXAMPLES = {
+    "mm": "2.5 mm",
+    "N": "19.6 kN",
+    "MPa": "70 GPa",
+    "tonne/mm^3": "7850 kg/m^3",
+    "N/mm": "80 N/mm",
+    "mm/s": "50 mm/s",
+    "mm/s^2": "9.81 m/s^2",
+    "MPa*s": "0.5 Pa*s",
+}
 
 
 def wrong(found, expected):
@@ -130,6 +139,12 @@ def _check_count(value):
 
 Length = Annotated[float, Quantity("a length", "mm")]
 PositiveLength = Annotated[float, Quantity("a length", "mm", above=0.0)]
+Preload = Annotated[float, Quantity("a force", "N", at_least=0.0)]
+LineForce = Annotated[float, Quantity("a force per length", "N/mm", at_least=0.0)]
+PositiveLineForce = Annotated[float, Quantity("a force per length", "N/mm", above=0.0)]
+Speed = Annotated[float, Quantity("a speed", "mm/s", above=0.0)]
+Acceleration = Annotated[float, Quantity("an acceleration", "mm/s^2")]
+Viscosity = Annotated[float, Quantity("a viscosity", "MPa*s", above=0.0)]
 PositiveForce = Annotated[float, Quantity("a force", "N", above=0.0)]
 Stress = Annotated[float, Quantity("a stress", "MPa")]
 PositiveStress = Annotated[float, Quantity("a stress", "MPa", above=0.0)]

@@ -31,6 +31,9 @@ FIGURES = {
 # the same by the first letters of a figure's name
 FAMILIES = {
     "max_force_": ("largest force of ", "kN", 1e-3, 2),
+    "bead_": ("restraint of drawbead ", "kN", 1e-3, 2),
+    "uplift_": ("uplift of drawbead ", "kN", 1e-3, 2),
+    "tilt_": ("tilt of ", "degrees", 1.0, 4),
     "draw_in_": ("draw-in ", "mm", 1.0, 2),
     "energy_": ("energy: ", "J", 1e-3, 2),
     "seconds_": ("time: ", "s", 1.0, 1),

@@ -32,8 +32,12 @@ def build(keys, cad, folder="."):
     for name, tool in keys.tools.items():
         with about(f"tools.{name}"):
             surfaces[name] = build_surface(name, tool, parts, Path(folder))
+    beads = {}
+    for name, bead in keys.drawbeads.items():
+        with about(f"drawbeads.{name}"):
+            beads[name] = build_drawbead(name, bead, parts, blank)
     with about("stages"):
-        return solver.Scene(blank, build_stages(keys, surfaces), name=keys.name)
+        return solver.Scene(blank, build_stages(keys, surfaces, beads, parts), name=keys.name)
 
 
 def build_surface(name, tool, parts, folder):
@@ -118,31 +122,64 @@ def outline_of(shape):
     return Polygon([(x + px, y + py) for px, py in shape.polygon])
 
 
-def build_stages(keys, surfaces):
-    """Stages as described; one with every tool where none is."""
+def build_drawbead(name, bead, parts, blank):
+    """solver.Drawbead along edges of a part or a curve; its forces as given, or of its shape."""
+    curve = bead.curve
+    if curve is None:
+        curve = parts[bead.part].edge(bead.edges, through=bead.through, chord=bead.chord)
+    restraint, uplift = bead.restraint, bead.uplift or 0.0
+    if bead.shape is not None:
+        shape = bead.shape.model_dump()
+        mu = shape.pop("friction")
+        restraint, uplift = solver.RoundBead(**shape).forces(blank.material, blank.thickness, mu)
+    return solver.Drawbead(name, curve, restraint, uplift, bead.holder, bead.axis)
+
+
+def build_stages(keys, surfaces, beads, parts):
+    """Stages as described; one with every tool and drawbead where none is."""
     if not keys.stages:
-        tools = [build_tool(name, tool, surfaces[name]) for name, tool in keys.tools.items()]
-        return (solver.Stage(tools),)
+        tools = [build_tool(name, tool, surfaces[name], parts) for name, tool in keys.tools.items()]
+        return (solver.Stage(tools, drawbeads=tuple(beads.values())),)
     stages = []
     for number, stage in enumerate(keys.stages, start=1):
         changed = keys.tools
         if stage.tools is not None:
             changed = {name: keys.tools[name].changed_by(change) for name, change in stage.tools.items()}
-        tools = [build_tool(name, tool, surfaces[name]) for name, tool in changed.items()]
+        tools = [build_tool(name, tool, surfaces[name], parts) for name, tool in changed.items()]
         name = stage.name or f"stage {number}"
         loads = {"pressure": stage.pressure, "forces": stage.forces, "moments": stage.moments, "moved": stage.moved}
-        stages.append(solver.Stage(tools, name=name, **loads))
+        loads |= {"speed": stage.speed, "gravity": stage.gravity, "pilots": tuple(stage.pilots)}
+        chosen = stage.drawbeads if stage.drawbeads is not None else beads if tools else ()
+        stages.append(solver.Stage(tools, name=name, drawbeads=tuple(beads[bead] for bead in chosen), **loads))
     return tuple(stages)
 
 
-def build_tool(name, tool, surface):
+def build_friction(name, tool, parts):
+    """Friction of a tool, by face where some have their own."""
+    friction = tool.friction.build() if tool.friction else None
+    if not tool.friction_faces:
+        return friction
+    part, by_face = parts[tool.part or name], {}
+    for some in tool.friction_faces:
+        law = some.friction.build()
+        by_face |= {int(face): law for face in part.pick(some.faces)}
+    return solver.ByFace(friction, by_face)
+
+
+def build_tool(name, tool, surface, parts):
     """solver.Tool of one stage."""
+    at = tool.at[0] if tool.at and len(tool.at) == 1 else tool.at
     return solver.Tool(
         name,
         surface,
-        friction=solver.Coulomb(tool.friction) if tool.friction else None,
+        friction=build_friction(name, tool, parts),
         axis=tool.axis or (0.0, 0.0, 1.0),
         travel=tool.travel,
         force=tool.force,
         gap=tool.gap,
+        spring=solver.Spring(**tool.spring.model_dump()) if tool.spring else None,
+        stop=tool.stop,
+        rides_on=tool.rides_on,
+        tilts=bool(tool.tilts),
+        at=at,
     )

@@ -14,7 +14,8 @@ from typing import get_args
 from pydantic import BaseModel, ValidationError
 
 from .quantities import shown
-from .scene_keys import DUTIES, SURFACE_KEYS, SceneKeys, as_explicit, as_implicit, history_columns
+from .scene_keys import BORNE, DUTIES, SURFACE_KEYS, SceneKeys, as_explicit, as_implicit, history_columns
+from .tool_keys import bead_disagreements
 
 
 class SceneFileError(ValueError):
@@ -128,6 +129,8 @@ def explain(mistake):
         case "extra_forbidden":
             known = table_at(SceneKeys, place[:-1]).model_fields
             text = f"unknown key; {instead(str(place[-1]), known)}"
+        case "missing" if isinstance(place[-1], int):
+            return f"{dotted(place[:-1])}: found {shown(mistake['input'])}, expected {place[-1] + 1} values or more"
         case "missing":
             field = table_at(SceneKeys, place[:-1]).model_fields[place[-1]]
             text = f"missing, expected {field.description}"
@@ -185,7 +188,8 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
         yield "blank.thickness", "missing, expected a length in mm: an outline has none"
     if len(set(blank.symmetry)) < len(blank.symmetry):
         yield "blank.symmetry", f"found {shown(blank.symmetry)}, expected each axis once"
-    if keys.cad is None and (blank.part or any(tool.mesh is None for tool in keys.tools.values())):
+    follows = any(bead.part for bead in keys.drawbeads.values())
+    if keys.cad is None and (blank.part or follows or any(tool.mesh is None for tool in keys.tools.values())):
         yield "cad", "missing, expected the STEP file with the parts, relative to the scene file"
     if not keys.tools and not any(s.pressure or s.forces or s.moments or s.moved for s in keys.stages):
         yield "tools", "missing, expected a table such as [tools.PUNCH]: nothing forms the blank"
@@ -202,6 +206,14 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
                 if getattr(tool, key) is not None:
                     yield f"{place}.{key}", "found in a stage, expected in [tools]: a tool keeps its surface"
             yield from _duties(place, tool)
+        for name in stage.drawbeads or ():
+            if name not in keys.drawbeads:
+                yield f"stages[{i}].drawbeads", f"unknown drawbead '{name}'; {instead(name, keys.drawbeads)}"
+    for name, tool in keys.tools.items():
+        changes = [stage.tools[name] for stage in keys.stages if stage.tools and name in stage.tools]
+        yield from _borne(f"tools.{name}", tool, changes)
+    for name, bead in keys.drawbeads.items():
+        yield from bead_disagreements(f"drawbeads.{name}", bead, keys.tools)
 
     table = keys.material.hardening.table
     if table and len(table.strain) != len(table.stress):
@@ -232,6 +244,15 @@ def _surface(place, tool):
         yield f"{place}.chord", "missing, expected a length in mm such as 0.1: how far facets may be from the faces"
     if tool.chord is not None and not faceted:
         yield f"{place}.chord", 'found without facets, expected surface = "nagata", "nodal" or "element" beside it'
+
+
+def _borne(place, tool, changes):
+    if not any(one.force is not None or one.spring is not None for one in (tool, *changes)):
+        for key in BORNE:
+            if getattr(tool, key) is not None:
+                yield f"{place}.{key}", "found beside no force or spring, expected one of them"
+    if tool.mesh is not None and tool.friction_faces:
+        yield f"{place}.friction_faces", "found beside mesh, expected a part: a mesh file has no faces"
 
 
 def _duties(place, tool):

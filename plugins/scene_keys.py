@@ -12,6 +12,7 @@ from solver.implicit.method import Implicit
 from .key_tables import Table, one_of
 from .material_keys import FormingLimit, MaterialOrSheet
 from .quantities import (
+    Acceleration,
     Coefficient,
     Count,
     Direction,
@@ -21,10 +22,12 @@ from .quantities import (
     PositiveForce,
     PositiveLength,
     Quantity,
+    Speed,
     Stress,
     shown,
     wrong,
 )
+from .tool_keys import Drawbead, Face, FaceFriction, FrictionLaw, Places, SpringKeys
 
 # Blank
 
@@ -81,16 +84,11 @@ class Blank(Table):
 # Tools and stages
 
 Travel = Annotated[float, Quantity("a travel", "mm")]
-DUTIES = ("travel", "force", "gap")
+DUTIES = ("travel", "force", "gap", "spring")
+BORNE = ("stop", "rides_on", "tilts", "at")  # what only a tool borne by a force or spring has
 
 
 SURFACE_KEYS = ("part", "mesh", "surface", "chord", "crease", "faces", "offset", "flip")  # what a stage cannot change
-
-
-def _face(value):
-    if isinstance(value, bool) or not isinstance(value, (int, str)) or value == "":
-        raise wrong(shown(value), 'the number, name or colour of a face, such as 12, "RADIUS" or "#ff0000"')
-    return value
 
 
 class Tool(Table):
@@ -102,6 +100,8 @@ class Tool(Table):
     crease : degrees; facets of a mesh file that meet at a larger angle keep the edge between them
     faces : only these faces of the part, by number, name or colour; offset : mm, clearance, out of the material;
     flip : the material is on the other side
+    friction : a coefficient or a law, and others on some faces
+    spring, stop, rides_on, tilts, at : see solver.Tool
     """
 
     part: Name | None = None
@@ -109,21 +109,31 @@ class Tool(Table):
     surface: Literal["exact", "nagata", "nodal", "element"] | None = None
     chord: PositiveLength | None = None
     crease: Number | None = None
-    faces: list[Annotated[int | str, BeforeValidator(_face)]] | None = None
+    faces: list[Face] | None = None
     offset: Length | None = None
     flip: bool | None = None
-    friction: Coefficient | None = None
+    friction: FrictionLaw | None = None
+    friction_faces: list[FaceFriction] | None = None
     axis: Direction | None = None
     travel: Travel | None = None
     force: PositiveForce | None = None
     gap: PositiveLength | None = None
+    spring: SpringKeys | None = None
+    stop: PositiveLength | None = None
+    rides_on: Name | None = None
+    tilts: bool | None = None
+    at: Places | None = None
+
+    def given(self):
+        """{key: value} of the keys that say something."""
+        return {key: value for key in Tool.model_fields if (value := getattr(self, key)) is not None}
 
     def changed_by(self, stage):
         """This tool with what a stage says about it; a new duty takes the place of the old one."""
-        new = stage.model_dump(exclude_none=True)
-        old = self.model_dump(exclude_none=True)
+        new, old = stage.given(), self.given()
         if any(duty in new for duty in DUTIES):
-            old = {key: value for key, value in old.items() if key not in DUTIES}
+            kept = () if any(new.get(duty) is not None for duty in ("force", "spring")) else BORNE
+            old = {key: value for key, value in old.items() if key not in (*DUTIES, *kept)}
         return Tool.model_construct(**{**dict.fromkeys(Tool.model_fields), **old, **new})
 
 
@@ -144,7 +154,10 @@ Movement = Annotated[tuple[Annotated[Length | None, BeforeValidator(_length_or_f
 
 
 class Stage(Table):
-    """One operation; without tools of its own, every tool takes part. tools = {} and nothing else is springback."""
+    """One operation; without tools of its own, every tool takes part. tools = {} and nothing else is springback.
+
+    drawbeads : names of those that take part, by default all in a stage with tools
+    """
 
     name: Name | None = None
     tools: dict[str, Tool] | None = None
@@ -152,6 +165,10 @@ class Stage(Table):
     forces: dict[str, tuple[Force, Force, Force]] = {}
     moments: dict[str, Number] = {}
     moved: dict[str, Movement] = {}
+    speed: Speed | None = None
+    gravity: tuple[Acceleration, Acceleration, Acceleration] | None = None
+    pilots: list[Name] = []
+    drawbeads: list[Name] | None = None
 
 
 # How it is run, what comes out, what it is compared with
@@ -229,6 +246,7 @@ class SceneKeys(Table):
     material: MaterialOrSheet = Field(description="a table [material] with young, poisson, locus and hardening")
     forming_limit: FormingLimit | None = None
     tools: dict[str, Tool] = {}
+    drawbeads: dict[str, Drawbead] = {}
     stages: list[Stage] = []
     method: Literal["implicit", "explicit"] = "implicit"
     explicit: ExplicitOptions = ExplicitOptions()  # pyright: ignore[reportInvalidTypeForm]
@@ -242,5 +260,7 @@ def history_columns(keys: SceneKeys) -> Mapping[str, str]:
     columns = {f"draw_in_{name}": "mm" for name in keys.blank.draw_in}
     for tool in keys.tools:
         columns |= {f"force_{tool}": "N", f"travel_{tool}": "mm"}
+    for bead in keys.drawbeads:
+        columns |= {f"bead_{bead}": "N", f"uplift_{bead}": "N"}
     columns |= {"thickness_min": "mm", "thickness_max": "mm", "thinning_max": ""}
     return columns | {"fld_margin_min": ""} if keys.forming_limit else columns

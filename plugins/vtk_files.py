@@ -51,7 +51,7 @@ class PvdWriter:
         self.symmetry = scene.blank.symmetry_planes
         self.tools = {name: shown for name, tool in scene.tools.items() if (shown := _shown(tool)) is not None}
         self.file_names = _file_names(self.tools)
-        self.places = {}  # tool name -> (offset, file) written last
+        self.places = {}  # tool name -> (place, file) written last
         self.entries = read_pvd(self.path) if resume and self.path.exists() else []
         if not self.entries:
             self._remove_earlier_run()
@@ -65,22 +65,23 @@ class PvdWriter:
         write_sheet(self.path.parent / sheet, frame, self.cells, self.symmetry)
         self.entries.append(Entry(frame.stroke, 0, "sheet", sheet))
         for part, name in enumerate(self.tools, start=1):
-            offset = np.asarray(frame.tool_offsets.get(name, np.zeros(3)), dtype=float)
-            self.entries.append(Entry(frame.stroke, part, name, self._tool_file(name, offset, number)))
+            turn = frame.tool_turns.get(name, np.eye(3))
+            place = np.column_stack([turn, frame.tool_offsets.get(name, np.zeros(3))])
+            self.entries.append(Entry(frame.stroke, part, name, self._tool_file(name, place, number)))
         write_pvd(self.path, self.entries)
 
     def close(self):
         """Every frame is on disk already; an empty run leaves an empty collection."""
         write_pvd(self.path, self.entries)
 
-    def _tool_file(self, name, offset, number):
-        """File with the tool at this place; the last one again where it stands still."""
+    def _tool_file(self, name, place, number):
+        """File with the tool at this place, (3, 4) turn and displacement; the last one again where it stands still."""
         last = self.places.get(name)
-        if last is None or not np.array_equal(last[0], offset):
+        if last is None or not np.array_equal(last[0], place):
             file = self._place("tools", f"{self.path.stem}_{self.file_names[name]}_{number:04d}.vtp")
             points, cells, color = self.tools[name]
-            write_triangles(self.path.parent / file, points + offset, cells, name, color)
-            self.places[name] = (offset, file)
+            write_triangles(self.path.parent / file, points @ place[:, :3].T + place[:, 3], cells, name, color)
+            self.places[name] = (place, file)
         return self.places[name][1]
 
     def _place(self, folder, file):

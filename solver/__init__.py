@@ -5,6 +5,9 @@ import os
 # Idle threads sleep: a spinning one would hold up whoever shares the machine, and the run itself.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
+from .contact.bead_shape import RoundBead
+from .contact.drawbead import Drawbead
+from .contact.friction import ByFace, Coulomb, CoulombPressure, CoulombVelocity, Stribeck
 from .errors import SceneError, StepFailed
 from .explicit.method import Explicit, Kinematic, Penalty, Touch
 from .form import form
@@ -25,13 +28,14 @@ from .materials.vegter import Vegter
 from .materials.yld2000 import Yld2000
 from .materials.yoshida_uemori import YoshidaUemori
 from .results import Frame, Progress, Results
-from .scene import Blank, Coulomb, Membrane, Scene, Shell, Stage, Tool
+from .scene import Blank, Membrane, Scene, Shell, Spring, Stage, Tool
 
 __all__ = [
-    "ArmstrongFrederick", "Blank", "Chaboche", "Coulomb", "CowperSymonds", "DecayingModulus", "Explicit", "Frame",
-    "Hill48", "Hill90", "HockettSherby", "Implicit", "Increments", "KeelerBrazier", "Kinematic", "Law", "LimitCurve",
-    "Ludwik", "Material", "Membrane", "Newton", "Penalty", "PlanarHill", "PowerLawRate", "Progress", "Results",
-    "Scene", "SceneError", "Shell", "Stage", "StepFailed", "Sum", "Swift", "Table", "Tool", "Touch", "TwoSurface",
+    "ArmstrongFrederick", "Blank", "ByFace", "Chaboche", "Coulomb", "CoulombPressure", "CoulombVelocity",
+    "CowperSymonds", "DecayingModulus", "Drawbead", "Explicit", "Frame", "Hill48", "Hill90", "HockettSherby",
+    "Implicit", "Increments", "KeelerBrazier", "Kinematic", "Law", "LimitCurve", "Ludwik", "Material", "Membrane",
+    "Newton", "Penalty", "PlanarHill", "PowerLawRate", "Progress", "Results", "RoundBead", "Scene", "SceneError",
+    "Shell", "Spring", "Stage", "StepFailed", "Stribeck", "Sum", "Swift", "Table", "Tool", "Touch", "TwoSurface",
     "Vegter", "Voce", "VonMises", "Yld2000", "YoshidaUemori", "fld_margin", "form", "marciniak_kuczynski",
     "published_sheet",
 ]  # fmt: skip

@@ -22,8 +22,13 @@ def fingerprint(scene):
     blank = scene.blank
     digest.update(repr((blank.thickness, blank.material, blank.element, tuple(blank.rolling), blank.clamped)).encode())
     for stage in scene.stages:
-        tools = [(t.name, t.friction, tuple(t.axis), t.travel, t.force, t.gap) for t in stage.tools]
-        loads = (stage.pressure, dict(stage.forces), dict(stage.moments), dict(stage.moved))
+        duties = [(t.travel, t.force, t.gap, t.spring, t.stop, t.rides_on, t.tilts, t.at) for t in stage.tools]
+        tools = [(t.name, t.friction, tuple(t.axis)) for t in stage.tools] + duties
+        loads = (stage.pressure, dict(stage.forces), dict(stage.moments), dict(stage.movements), stage.speed)
+        beads = [
+            (b.name, np.asarray(b.curve).tolist(), b.restraint, b.uplift, b.holder, b.axis) for b in stage.drawbeads
+        ]
+        loads += (None if stage.gravity is None else tuple(stage.gravity), beads)
         digest.update(repr((stage.name, loads, tools)).encode())
     return digest.hexdigest()
 
@@ -44,7 +49,7 @@ def save_checkpoint(path, scene, method, here, state, results, energy):
         file["rate"] = march.rate
         if march.relief is not None:
             file["relief"] = march.relief
-        for name, group in [("sheet", state.sheet), *((f"tools/{k}", c) for k, c in state.tools.items())]:
+        for name, group in state.groups().items():
             for key, value in group.arrays().items():
                 file[f"{name}/{key}"] = value
     os.replace(partial, path)
@@ -63,7 +68,7 @@ def load_checkpoint(path, scene, method, state, results, energy):
                 raise SceneError(f"{path}: the checkpoint belongs to another scene; run without resume")
             if file.attrs["method"] != type(method).__name__:
                 raise SceneError(f"{path}: found a checkpoint of {file.attrs['method']}(), expected the same method")
-            for name, group in [("sheet", state.sheet), *((f"tools/{k}", c) for k, c in state.tools.items())]:
+            for name, group in state.groups().items():
                 for key, value in group.arrays().items():
                     value[...] = file[f"{name}/{key}"][()]
             k, fraction, width, rates, placed = json.loads(file.attrs["march"])

@@ -7,6 +7,8 @@ loads, so that their balance measures the increments' error.
 
 import numpy as np
 
+from .contact.drive import carried
+
 NAMES = ("external", "internal", "friction", "contact", "torsion", "kinetic", "damping")
 
 
@@ -47,12 +49,12 @@ def work_of(sheet, old, new, tools):
     sheet_work = 0.0
     for run in tools:
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]
-        shift = (after.travel - before.travel) * run.axis
+        shift = carried(run, before, after, a.x)[0] - a.x
         slid = moved - shift
         feet = (*before.feet, *after.feet)
         friction = 0.5 * float(np.sum(sum(foot.friction_force for foot in feet) * slid))
         normal = 0.5 * float(np.sum(sum(foot.normal_force[:, None] * foot.normal for foot in feet) * slid))
-        tool = -0.5 * float((before.force + after.force) @ shift)
+        tool = 0.5 * float(np.sum((before.push + after.push) * shift))
         work["friction"] -= friction
         work["contact"] -= normal
         work["external"] += tool

@@ -13,11 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from .checkpoint import load_checkpoint, save_checkpoint
+from .contact.drawbead import BeadRun
+from .contact.drive import ToolRun, build_drive, pivot_of
 from .contact.feet import feet_per_node
+from .contact.friction import laws_of
 from .contact.search import Neighbourhood
 from .energy import Energy
 from .errors import SceneError, StepFailed
-from .implicit.equilibrium import ToolRun
 from .implicit.method import Implicit
 from .motion import place_tools
 from .recording import Recorder
@@ -57,7 +59,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
             how = method.of(stage)
             if begun is None:
                 begun = how.start(stage, sheet, close_tools(sheet, stage, old))
-            tools = tool_runs(scene, sheet, stage, how, begun.placed)
+            tools = tool_runs(scene, sheet, stage, how, begun.placed, old)
             stops = np.linspace(0.0, 1.0, frames + 1)[1:]
             if begun.fraction == -1.0:
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
@@ -91,13 +93,14 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
 
 
 def first_state(scene, sheet, method):
-    """The flat blank and tools that touch nothing."""
+    """The flat blank, and tools and drawbeads that touch nothing."""
     n_nodes, elements = len(sheet.points), sheet.elements
     tangents = any(method.of(stage).needs_tangents for stage in scene.stages)
     n_history = scene.blank.material.n_history
     flat = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), n_history, tangents)
     feet = {name: feet_per_node(tool.surface, scene.blank.thickness) for name, tool in scene.tools.items()}
-    return State(flat, {name: new_contact(n_nodes, n_feet) for name, n_feet in feet.items()})
+    beads = {name: BeadRun(bead, sheet, 0.0).new_state() for name, bead in scene.drawbeads.items()}
+    return State(flat, {name: new_contact(n_nodes, n_feet) for name, n_feet in feet.items()}, beads)
 
 
 def close_tools(sheet, stage, state):
@@ -109,26 +112,33 @@ def close_tools(sheet, stage, state):
     for name, contact in state.tools.items():
         if name not in present:
             contact.release()
+    for bead in state.beads.values():
+        bead.traction[:], bead.lift[:] = 0.0, 0.0
     half = 0.5 * sheet.nodal_thickness(state.sheet.thickness_strain)
     touching = {name: state.tools[name].travel[0] for name in present if state.tools[name].touching.any()}
     placed = place_tools(stage, state.sheet.x, half, touching)
     for name, (travel, _) in placed.items():
         state.tools[name].travel[0] = travel
+        if name not in touching:
+            state.tools[name].rest[0] = travel
         log.info("tool %s starts at %.4f mm along its axis", name, travel)
     return placed
 
 
-def tool_runs(scene, sheet, stage, method, placed):
-    """The stage's tools with what the solver needs of them."""
+def tool_runs(scene, sheet, stage, method, placed, state):
+    """The stage's tools with what the solver needs of them, in the stage's order."""
     stiffness = sheet.contact_stiffness * sheet.area
     kn, kt = method.penalty * stiffness, method.stick * stiffness
-    return [
-        ToolRun(
-            tool, tool.unit_axis, *placed[tool.name], (tool.force or 0.0) * scene.blank.share, kn, kt,
-            Neighbourhood(tool.surface, len(sheet.points)),
-        )
-        for tool in stage.tools
-    ]  # fmt: skip
+    n_nodes, runs = len(sheet.points), {}
+    # Those that others ride on come first.
+    for tool in sorted(stage.tools, key=lambda tool: tool.rides_on is not None):
+        tilted = tool.tilts or bool(state.tools[tool.name].tilt.any())
+        pivot = pivot_of(tool, sheet) if tilted else None
+        runs[tool.name] = ToolRun(
+            tool, tool.unit_axis, *placed[tool.name], build_drive(tool, sheet, kn, runs.get(tool.rides_on)), kn, kt,
+            Neighbourhood(tool.surface, n_nodes), laws_of(tool.friction, n_nodes), pivot,
+        )  # fmt: skip
+    return [runs[tool.name] for tool in stage.tools]
 
 
 def keep(frame, results, writer):

@@ -1,8 +1,9 @@
-"""What loads the sheet besides tools: pressure, forces on groups, moments along edges, and the relief of forces
+"""What loads the sheet besides tools: pressure, forces on groups, moments along edges, weight, and the relief of forces
 that were in balance before the stage and no longer are.
 
 Loads rise in proportion to the stage's fraction f from those at its start, 0..1. What the last stage's tools, supports
-and loads left unbalanced fades over f = -1..0, with every tool of this stage at rest.
+and loads left unbalanced, and what this stage's weight adds, is relieved over f = -1..0 with every tool of this stage
+at rest: gravity then acts in full from f = 0 on.
 """
 
 import numpy as np
@@ -31,6 +32,7 @@ class Loads:
                     f"stage {stage.name!r} moments {group!r}: found no free edge of a shell there, expected one"
                 )
             self.moments.append((edge, float(moment)))
+        self.weight = weight(sheet, stage.gravity) if stage.gravity is not None else None
         self.relief = None
         self.slot_load = np.empty((len(sheet.triangles.cells), 3, 3))
 
@@ -44,12 +46,23 @@ class Loads:
             pressure_forces(sheet.x, self.sheet.triangles.cells, rise * self.pressure, self.slot_load, stiffness)
             gather_forces(self.slot_load, *self.sheet.corners, external[:n])
         external[:n] += rise * self.nodal
+        if self.weight is not None:
+            external[:n] += self.weight
         if self.relief is not None and fraction < 0.0:
             external += fraction * self.relief
         for edge, moment in self.moments:
             edge.add(sheet.x, rise * moment, external)
             if len(stiffness):
                 edge.subtract_tangent(sheet.x, rise * moment, stiffness)
+
+
+def weight(sheet, gravity):
+    """Weight of the sheet at its nodes (n, 3) [N]; gravity : (3,) mm/s^2"""
+    mass = np.zeros(len(sheet.points))
+    triangles = sheet.triangles
+    third = sheet.blank.material.density * triangles.volume / 3.0
+    np.add.at(mass, triangles.cells.ravel(), np.repeat(third, 3))
+    return mass[:, None] * np.asarray(gravity, dtype=float)
 
 
 def edge_shares(sheet, nodes):

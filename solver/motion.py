@@ -60,7 +60,7 @@ def place_tools(stage, points, half_thickness, touching=None):
     placed = {}
     for tool in stage.tools:
         axis = tool.unit_axis
-        if tool.travel is None and tool.force is None and tool.gap is None:
+        if tool.travel is None and tool.gap is None and not tool.gives_way:
             _check_fixed(tool, points, half_thickness, forward, tolerance, thickness)
             placed[tool.name] = (0.0, 0.0)
             continue

@@ -62,6 +62,15 @@ def plan(scene, method=None):
         if stage.pressure:
             runs.append((f"stage {stage.name!r}", f"pressure up to {stage.pressure:g} MPa, following the sheet"))
         runs += [(f"stage {stage.name!r}, group {g}", f"moved by {tuple(m)} mm") for g, m in stage.moved.items()]
+        runs += [
+            (f"stage {stage.name!r}, pilots", f"group {g} keeps its place across the tools' axis") for g in stage.pilots
+        ]
+        for bead in stage.drawbeads:
+            lifted = f", uplift {bead.uplift:g} N/mm" + (f" on {bead.holder}" if bead.holder else "")
+            what = f"{bead.length:.4g} mm, restraint {bead.restraint:g} N/mm{lifted if bead.uplift else ''}"
+            runs.append((f"stage {stage.name!r}, drawbead {bead.name}", what))
+        if stage.gravity is not None:
+            runs.append((f"stage {stage.name!r}, gravity", f"{tuple(stage.gravity)} mm/s^2"))
         for group, force in stage.forces.items():
             runs.append((f"stage {stage.name!r}, group {group}", f"forces up to {tuple(force)} N"))
         for group, moment in stage.moments.items():
@@ -70,8 +79,18 @@ def plan(scene, method=None):
             runs.append((f"stage {stage.name!r}", "springback: what was in balance before is relieved"))
         if not stage.tools:
             skips.append((f"stage {stage.name!r}, contact", "no tools"))
-        if not any(tool.force for tool in stage.tools):
-            skips.append((f"stage {stage.name!r}, tool force balance", "no tool is driven by a force"))
+        if not any(tool.gives_way for tool in stage.tools):
+            skips.append((f"stage {stage.name!r}, tool force balance", "no tool is borne by a force or spring"))
+        for tool in stage.tools:
+            if tool.tilts and feet_per_node(tool.surface, blank.thickness) > 1:
+                raise SceneError(
+                    f"tool {tool.name!r} tilts: found a corner of radius {tool.surface.tightest():.3g} mm, expected "
+                    f"above {tight_radius(blank.thickness):.3g} mm, or a guided tool"
+                )
+            if tool.tilts and method is not None and not method.tilts:
+                raise SceneError(f"tool {tool.name!r} tilts: expected the implicit method, or a guided tool")
+        if any(tool.friction is not None and tool.friction.needs_speed for tool in stage.tools) and stage.path > 0.0:
+            runs.append((f"stage {stage.name!r}, speed", f"{stage.speed:g} mm/s: it lasts {stage.seconds:.3g} s"))
         frictionless = [tool.name for tool in stage.tools if tool.mu == 0.0]
         if frictionless:
             skips.append((f"stage {stage.name!r}, friction", f"none given for {', '.join(frictionless)}"))
@@ -92,11 +111,17 @@ def plan(scene, method=None):
 
 def _duty(tool):
     axis = tuple(float(c) for c in tool.axis)
-    friction = f", friction {tool.mu:g}" if tool.mu else ""
+    friction = f", {tool.friction}" if tool.friction is not None and tool.mu != 0.0 else ""
     if tool.travel is not None:
         return f"travels {tool.travel:g} mm along {axis} from touching the blank{friction}"
-    if tool.force is not None:
-        return f"presses with {tool.force:g} N, free along {axis}{friction}"
+    if tool.gives_way:
+        if tool.spring is None:
+            how = f"presses with {tool.force:g} N"
+        else:
+            how = f"pressed by a spring of {tool.spring.stiffness:g} N/mm, preload {tool.spring.preload:g} N"
+        riding = f", riding on {tool.rides_on}" if tool.rides_on else ""
+        stop = f", stop after {tool.stop:g} mm" if tool.stop is not None else ""
+        return f"{how}, {'free to tilt' if tool.tilts else 'guided'} along {axis}{riding}{stop}{friction}"
     if tool.gap is not None:
         return f"held at a gap of {tool.gap:g} mm{friction}"
     return f"stands still{friction}"

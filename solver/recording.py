@@ -3,6 +3,8 @@
 import numpy as np
 
 from .contact.budget import ContactBudget
+from .contact.drawbead import BeadRun
+from .contact.drive import pivot_of, turn
 from .draw_in import RimGauge
 from .materials.forming_limit import fld_margin
 from .results import Frame
@@ -19,11 +21,14 @@ class Recorder:
         moved = {
             (g, axis)
             for stage in scene.stages
-            for g, m in stage.moved.items()
+            for g, m in stage.movements.items()
             for axis in range(3)
             if m[axis] is not None
         }
         self.supports = sorted(moved)
+        self.beads = {name: BeadRun(bead, sheet, 0.0) for name, bead in scene.drawbeads.items()}
+        tilting = {tool.name: tool for stage in scene.stages for tool in stage.tools if tool.tilts}
+        self.tilting = {name: pivot_of(tool, sheet) for name, tool in tilting.items()}
         self.before = np.concatenate([[0.0], np.cumsum([stage.stroke for stage in scene.stages])])
 
     def row(self, k, step, state, energy, results):
@@ -37,7 +42,13 @@ class Recorder:
             axis = self.scene.tools[name].unit_axis
             columns[f"force_{name}"] = float(contact.force @ axis) / self.scene.blank.share
             columns[f"travel_{name}"] = float(contact.travel[0])
+            if name in self.tilting:
+                columns[f"tilt_{name}"] = float(np.degrees(np.linalg.norm(contact.tilt)))
             touching |= contact.touching
+        for name, run in self.beads.items():
+            restraint, uplift = run.held(state.beads[name])
+            columns[f"bead_{name}"] = restraint / self.scene.blank.share
+            columns[f"uplift_{name}"] = uplift / self.scene.blank.share
         for group, axis in self.supports:
             force = state.sheet.internal - state.sheet.external
             nodes = self.scene.blank.nodes_of(group)
@@ -88,10 +99,17 @@ class Recorder:
             points=points.copy(),
             point_fields=self.contact_fields(k, state),
             cell_fields=cells,
-            tool_offsets={
-                name: state.tools[name].travel[0] * tool.unit_axis for name, tool in self.scene.tools.items()
-            },
+            tool_offsets={name: self.place(name, state.tools[name])[0] for name in self.scene.tools},
+            tool_turns={name: self.place(name, state.tools[name])[1] for name in self.tilting},
         )
+
+    def place(self, name, contact):
+        """Displacement (3,) and turn (3, 3) of a tool: its points X of the CAD file are at turn X + displacement."""
+        matrix = turn(contact.tilt)
+        shift = contact.travel[0] * self.scene.tools[name].unit_axis
+        if name in self.tilting:
+            shift = shift + self.tilting[name] - matrix @ self.tilting[name]
+        return shift, matrix
 
     def limit_margin(self, major, minor):
         """How far every triangle is from the forming limit, (m,). Necking is one of the whole thickness: major and
@@ -109,7 +127,8 @@ class Recorder:
         hits = []
         for tool in self.scene.stages[k].tools:
             contact = state.tools[tool.name]
-            place = x - contact.travel[0] * tool.unit_axis
+            shift, matrix = self.place(tool.name, contact)
+            place = (x - shift) @ matrix if tool.name in self.tilting else x - shift
             hit = tool.surface.project(place)
             hits.append((place, hit, contact))
             distance = hit.distance - half

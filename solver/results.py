@@ -24,6 +24,7 @@ class Frame:
         the outermost ones with _top and _bottom, and its curvature (m, 3) 1/mm, section_force (m, 3) N/mm and
         section_moment (m, 3) N in rolling axes
     tool_offsets : {tool name: (3,) mm displacement from its place in the CAD file}
+    tool_turns : {name: (3, 3)} of tools that may tilt: a point X of the CAD file is at turn X + displacement
     """
 
     stage: str
@@ -33,6 +34,7 @@ class Frame:
     point_fields: dict
     cell_fields: dict
     tool_offsets: dict
+    tool_turns: dict = field(default_factory=dict)
 
 
 class Progress(NamedTuple):
@@ -53,6 +55,7 @@ class Results:
 
     history : {column: list}, one entry per increment: stage, increment, stroke, iterations, residual,
         n_contacts, force_<tool> [N, whole part, along the tool's axis, on the tool], travel_<tool> [mm],
+        tilt_<tool> [degrees] of tools that may tilt, bead_<drawbead> and uplift_<drawbead> [N, whole part],
         reaction_<group>_<axis> [N, on the modelled nodes of a group that is moved], draw_in_<name> [mm],
         thickness_min, thickness_max [mm], thinning_max,
         fld_margin_min and fld_margin_x, _y, _z (where the blank has a forming limit: the smallest margin, and the

@@ -10,6 +10,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .contact.drawbead import Drawbead
+from .contact.friction import ByFace, Coulomb, CoulombPressure, CoulombVelocity, Stribeck, check_law
 from .elements.formulation import Membrane, Shell
 from .errors import SceneError
 from .materials.material import Material
@@ -28,20 +30,6 @@ class Surface(Protocol):
         """Closest points. points : (n, 3) mm. Returns distance (n,), point (n, 3), normal (n, 3),
         curvature (n, 2), direction (n, 3), face (n,), seed."""
         ...
-
-
-@dataclass(frozen=True)
-class Coulomb:
-    """Friction traction limited to mu times the contact pressure.
-
-    mu : coefficient of friction, 0 or more
-    """
-
-    mu: float
-
-    def __post_init__(self):
-        if not np.isfinite(self.mu) or self.mu < 0.0:
-            raise SceneError(f"friction coefficient: found {self.mu!r}, expected a number of 0 or more")
 
 
 @dataclass(frozen=True)
@@ -125,38 +113,83 @@ class Blank:
 
 
 @dataclass(frozen=True)
+class Spring:
+    """A spring that presses a tool towards the blank along its axis; never pulls.
+
+    stiffness : N/mm; preload : N where the tool first touches the blank. Both of the whole part.
+    """
+
+    stiffness: float
+    preload: float = 0.0
+
+    def __post_init__(self):
+        if not (np.isfinite(self.stiffness) and self.stiffness > 0.0):
+            raise SceneError(f"spring stiffness: found {self.stiffness!r}, expected N/mm above 0")
+        if not (np.isfinite(self.preload) and self.preload >= 0.0):
+            raise SceneError(f"spring preload: found {self.preload!r}, expected N, 0 or more")
+
+
+@dataclass(frozen=True)
 class Tool:
-    """A rigid tool and what it does in its stage. Give at most one of travel, force and gap: without
+    """A rigid tool and what it does in its stage. Give at most one of travel, force, gap and spring: without
     them the tool stands still.
 
     surface : Surface, normals out of the material
-    friction : Coulomb, or None for a frictionless tool
+    friction : Coulomb, CoulombPressure, CoulombVelocity, Stribeck, ByFace, or None for a frictionless tool
     axis : direction of its motion
     travel : mm along the axis over the stage, counted from first touching the blank
     force : N for the whole part, pressing towards the blank
     gap : mm between this tool and the far side of the blank; the blank's thickness means just touching
+    spring : Spring that presses it towards the blank
+    stop : mm that a force or spring gives way, from first touching the blank; there the tool bottoms out
+    rides_on : name of the travelling tool that its spring, or its stop, stands on: a pad in a punch or die; both are
+        then counted from the stage's start
+    tilts : whether a force or spring leaves it free to tilt about the two axes across its own; else it is guided
+    at : where the force or spring acts, a point of the CAD file or several cushion pins that share it [mm]; by default
+        the middle of the blank
     """
 
     name: str
     surface: Surface
-    friction: Coulomb | None = None
+    friction: Coulomb | CoulombPressure | CoulombVelocity | Stribeck | ByFace | None = None
     axis: Sequence[float] = (0.0, 0.0, 1.0)
     travel: float | None = None
     force: float | None = None
     gap: float | None = None
+    spring: Spring | None = None
+    stop: float | None = None
+    rides_on: str | None = None
+    tilts: bool = False
+    at: Sequence | None = None
 
     def __post_init__(self):
-        duties = [key for key in ("travel", "force", "gap") if getattr(self, key) is not None]
+        if not isinstance(self.friction, ByFace):
+            check_law(f"tool {self.name!r} friction", self.friction)
+        duties = [key for key in ("travel", "force", "gap", "spring") if getattr(self, key) is not None]
         if len(duties) > 1:
             raise SceneError(f"tool {self.name!r}: found {' and '.join(duties)}, expected at most one of them")
         if np.shape(self.axis) != (3,) or not np.linalg.norm(self.axis) > 0.0:
             raise SceneError(f"tool {self.name!r} axis: found {self.axis!r}, expected 3 numbers, not all 0")
         if self.travel is not None and not (np.isfinite(self.travel) and self.travel != 0.0):
             raise SceneError(f"tool {self.name!r} travel: found {self.travel!r}, expected mm other than 0")
-        for key in ("force", "gap"):
+        if not (self.spring is None or isinstance(self.spring, Spring)):
+            raise SceneError(f"tool {self.name!r} spring: found {self.spring!r}, expected Spring(stiffness, preload)")
+        for key in ("stop", "rides_on", "tilts", "at"):
+            if getattr(self, key) is not None and getattr(self, key) is not False and not self.gives_way:
+                raise SceneError(f"tool {self.name!r} {key}: found beside no force or spring, expected one of them")
+        if self.at is not None and not (np.shape(self.at)[-1:] == (3,) and np.ndim(self.at) in (1, 2)):
+            raise SceneError(
+                f"tool {self.name!r} at: found {self.at!r}, expected a point, 3 numbers, or a list of them"
+            )
+        for key in ("force", "gap", "stop"):
             value = getattr(self, key)
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise SceneError(f"tool {self.name!r} {key}: found {value!r}, expected a number above 0")
+
+    @property
+    def gives_way(self):
+        """Whether a force or a spring bears the tool."""
+        return self.force is not None or self.spring is not None
 
     @property
     def unit_axis(self):
@@ -165,8 +198,10 @@ class Tool:
 
     @property
     def mu(self):
-        """Coefficient of friction, 0 without friction."""
-        return self.friction.mu if self.friction else 0.0
+        """Coefficient of friction where one number says it all, 0 without friction, NaN for any other law."""
+        if self.friction is None:
+            return 0.0
+        return self.friction.mu if isinstance(self.friction, Coulomb) else np.nan
 
 
 @dataclass(frozen=True)
@@ -179,6 +214,10 @@ class Stage:
     forces : {group: (Fx, Fy, Fz)} N on the modelled nodes of the group together, by their share of its edge
     moments : {group: N} per mm of a shell's free edge; positive stretches the face that the normals leave
     moved : {group: (dx, dy, dz)} mm over the stage, None for a free axis
+    gravity : (gx, gy, gz) mm/s^2 that acts on the sheet from the stage's start, or None
+    drawbeads : Drawbeads that restrain the sheet
+    pilots : groups of nodes on pins, such as the edge of a hole: they keep their place across the tools' axis
+    speed : mm/s of the leading tool, or without one of the group moved farthest, for laws that depend on speed
 
     Loads rise in proportion over the stage. What the stage before left unbalanced (its tools, loads and supports) is
     relieved first, with this stage's tools at rest: a stage with nothing in it is springback.
@@ -190,11 +229,51 @@ class Stage:
     forces: Mapping[str, Sequence[float]] = field(default_factory=dict)
     moments: Mapping[str, float] = field(default_factory=dict)
     moved: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
+    speed: float | None = None
+    gravity: Sequence[float] | None = None
+    pilots: Sequence[str] = ()
+    drawbeads: Sequence[Drawbead] = ()
 
     def __post_init__(self):
+        if self.gravity is not None and not (np.shape(self.gravity) == (3,) and np.isfinite(self.gravity).all()):
+            raise SceneError(f"stage {self.name!r} gravity: found {self.gravity!r}, expected 3 numbers in mm/s^2")
+        both = sorted(set(self.pilots) & set(self.moved))
+        if both:
+            raise SceneError(f"stage {self.name!r} pilots: group {both[0]!r} is moved too, expected one of them")
+        if self.pilots and not np.isclose(np.abs(self.leading_axis).max(), 1.0, atol=1e-12):
+            raise SceneError(
+                f"stage {self.name!r} pilots: found tools along {tuple(self.leading_axis)}, expected x, y or z: a pin "
+                "holds two of these"
+            )
+        if self.speed is not None and not (np.isfinite(self.speed) and self.speed > 0.0):
+            raise SceneError(f"stage {self.name!r} speed: found {self.speed!r}, expected mm/s above 0")
+        for tool in self.tools:
+            if self.path > 0.0 and self.speed is None and tool.friction is not None and tool.friction.needs_speed:
+                raise SceneError(
+                    f"stage {self.name!r} speed: missing, expected mm/s: friction of tool {tool.name!r} depends on "
+                    "how fast the sheet slides"
+                )
         names = [tool.name for tool in self.tools]
         if len(set(names)) < len(names):
             raise SceneError(f"stage {self.name!r}: tools {names} share a name, expected a name each")
+        beads = [bead.name for bead in self.drawbeads]
+        if len(set(beads)) < len(beads):
+            raise SceneError(f"stage {self.name!r}: drawbeads {beads} share a name, expected a name each")
+        for bead in self.drawbeads:
+            borne = [tool.name for tool in self.tools if tool.gives_way]
+            if bead.holder is not None and bead.holder not in borne:
+                raise SceneError(
+                    f"drawbead {bead.name!r} holder: found {bead.holder!r}, expected a tool of stage {self.name!r} "
+                    f"that a force or spring bears, one of {borne}"
+                )
+        for tool in self.tools:
+            carrier = next((other for other in self.tools if other.name == tool.rides_on), None)
+            if tool.rides_on is not None and (carrier is None or carrier.travel is None):
+                travelling = [other.name for other in self.tools if other.travel is not None]
+                raise SceneError(
+                    f"stage {self.name!r}: tool {tool.name!r} rides on {tool.rides_on!r}, expected a tool that travels "
+                    f"in this stage, one of {travelling}"
+                )
         for group, force in self.forces.items():
             if np.shape(force) != (3,) or not np.isfinite(np.asarray(force, dtype=float)).all():
                 raise SceneError(f"stage {self.name!r} forces {group!r}: found {force!r}, expected 3 numbers in N")
@@ -202,7 +281,33 @@ class Stage:
     @property
     def is_springback(self):
         """Whether nothing acts in this stage: the sheet only relieves what was left unbalanced."""
-        return not (self.tools or self.pressure or self.forces or self.moments or self.moved)
+        acts = self.tools or self.pressure or self.forces or self.moments or self.movements or self.drawbeads
+        return not acts and self.gravity is None
+
+    @property
+    def leading_axis(self):
+        """Unit axis (3,) of the first tool that travels, else of the first, else z."""
+        tools = [tool for tool in self.tools if tool.travel is not None] or list(self.tools)
+        return tools[0].unit_axis if tools else np.array([0.0, 0.0, 1.0])
+
+    @property
+    def movements(self):
+        """`moved`, and what pilots hold: {group: mm, None for a free axis}."""
+        along = int(np.argmax(np.abs(self.leading_axis)))
+        pinned = tuple(None if axis == along else 0.0 for axis in range(3))
+        return {**self.moved, **dict.fromkeys(self.pilots, pinned)}
+
+    @property
+    def path(self):
+        """Travel of the stage's leading tool, without one of the group moved farthest [mm]; 0 where nothing moves."""
+        if any(tool.travel is not None for tool in self.tools):
+            return self.stroke
+        return max((abs(d) for movement in self.moved.values() for d in movement if d is not None), default=0.0)
+
+    @property
+    def seconds(self):
+        """How long the stage lasts, inf where nothing moves or nobody says how fast."""
+        return self.path / self.speed if self.speed and self.path > 0.0 else np.inf
 
     @property
     def stroke(self):
@@ -228,7 +333,10 @@ class Scene:
         if not self.stages:
             raise SceneError("scene: found no stage, expected at least one")
         for stage in self.stages:
-            for group in (*stage.moved, *stage.forces, *stage.moments):
+            for bead in stage.drawbeads:
+                if bead.curve is not self.drawbeads[bead.name].curve:
+                    raise SceneError(f"drawbead {bead.name!r}: found two curves, expected one in all stages")
+            for group in (*stage.movements, *stage.forces, *stage.moments):
                 self.blank.nodes_of(group)
 
     @property
@@ -238,6 +346,15 @@ class Scene:
         for stage in self.stages:
             for tool in stage.tools:
                 found.setdefault(tool.name, tool)
+        return found
+
+    @property
+    def drawbeads(self):
+        """Every drawbead by name, as it first appears."""
+        found = {}
+        for stage in self.stages:
+            for bead in stage.drawbeads:
+                found.setdefault(bead.name, bead)
         return found
 
     def plan(self, method=None):

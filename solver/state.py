@@ -3,7 +3,7 @@
 n nodes, k edge slopes of a shell, p integration points: one a triangle in a membrane, one a layer in a shell.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -77,6 +77,8 @@ class ContactState(FootState):
 
     # move
     travel: np.ndarray  # (1,) along the tool's axis from its place in the CAD file [mm]
+    tilt: np.ndarray  # (3,) rotation vector about its pivot [rad]
+    rest: np.ndarray  # (1,) travel where it first touched the sheet, from which a spring is pushed back [mm]
     # contact
     force: np.ndarray  # (3,) of the modelled sheet on the tool [N]
     further: tuple = ()  # FootStates
@@ -111,22 +113,31 @@ class ContactState(FootState):
         """Forget every touch."""
         super().release()
         self.force[:] = 0.0
+        self.tilt[:] = 0.0
         for foot in self.further:
             foot.release()
 
 
 @dataclass
 class State:
-    """Sheet and tools at one instant. tools: {name: ContactState}"""
+    """Sheet, tools and drawbeads at one instant. tools: {name: ContactState}, beads: {name: BeadState}"""
 
     sheet: SheetState
     tools: dict
+    beads: dict = field(default_factory=dict)
 
     def copy_from(self, other):
         """Take over every value of another state of the same scene."""
         self.sheet.copy_from(other.sheet)
         for name, contact in self.tools.items():
             contact.copy_from(other.tools[name])
+        for name, bead in self.beads.items():
+            bead.copy_from(other.beads[name])
+
+    def groups(self):
+        """Its sets of arrays by the names they are stored under."""
+        tools = {f"tools/{name}": contact for name, contact in self.tools.items()}
+        return {"sheet": self.sheet, **tools, **{f"beads/{name}": bead for name, bead in self.beads.items()}}
 
 
 def new_sheet(points, n_slopes, n_points, n_history=0, tangents=True):
@@ -153,7 +164,9 @@ def new_sheet(points, n_slopes, n_points, n_history=0, tangents=True):
 def new_contact(n_nodes, n_feet=1):
     """A tool that touches nothing yet. n_feet : of a node"""
     further = tuple(FootState(**_no_feet(n_nodes)) for _ in range(n_feet - 1))
-    return ContactState(travel=np.zeros(1), force=np.zeros(3), further=further, **_no_feet(n_nodes))
+    return ContactState(
+        travel=np.zeros(1), tilt=np.zeros(3), rest=np.zeros(1), force=np.zeros(3), further=further, **_no_feet(n_nodes)
+    )
 
 
 def _no_feet(n_nodes):

@@ -39,8 +39,8 @@ def drop(law, dt, bounces=1, height=HEIGHT):
         predict(u, v, mass, external, nothing, fixed, nothing, 0.0, dt, dt, 0.0, u_new, v_new)
         distance = (u if law == PENALTY else u_new)[:, 2].copy()
         meet_tool(
-            law, parameter, near, distance, up, half, mass, free, 0.0, rest, dt, dt, v, u_new, v_new, gap, force,
-            normal, friction, status, lost,
+            law, parameter, near, distance, up, near, half, mass, free, 0.0, None, rest, dt, dt, v, u_new, v_new, gap,
+            force, normal, friction, status, lost,
         )  # fmt: skip
         u, u_new, v, v_new = u_new, u, v_new, v
         times.append(times[-1] + dt)

@@ -7,13 +7,16 @@ kn, kt normal and tangential stiffness [N/mm]; lam multiplier of the augmented L
 N = <lam - kn g> normal force, with <> rounded over a skin of a small part of the thickness (one quadratic
 piece) so that its slope is continuous; tau friction force on the sheet, du displacement of the node relative to the
 tool over the increment. tau is carried from the old normal to the new one by the smallest rotation
-that takes one to the other, then trial = R tau_old - kt (1 - n n^T) du, kept inside the circle mu N.
+that takes one to the other, then trial = R tau_old - kt (1 - n n^T) du, kept inside the circle mu N. Where mu follows
+pressure and sliding speed v = |(1 - n n^T) du| / lapse (friction.py), the circle's radius has slopes by both.
 """
 
 from math import sqrt
 
 import numpy as np
 from numba import njit, prange
+
+from .friction import friction_limit, law_at
 
 OPEN, STICK, SLIP = 0, 1, 2
 
@@ -47,17 +50,18 @@ def normal_law(trial, band, held):
 
 
 @njit(forceinline=True)
-def node_force(gap, n, h, lam, kn, kt, mu, skin, tau_old, n_old, du, held, tau, stiffness):
+def node_force(gap, n, h, lam, kn, kt, mu, laws, face, node, skin, tau_old, n_old, du, held, tau, stiffness):
     """Force of one touching node. Fills tau (3,) and stiffness (3, 3) = - d(N n + tau)/dx; returns N and
-    the state. held : the node may pull at its tool."""
+    the state. held : the node may pull at its tool. laws : in place of mu, or None; compiled apart for each."""
     normal_force, slope = normal_law(lam - kn * gap, kn * skin, held)
     kn = slope * kn
     for i in range(3):
         for j in range(3):
             stiffness[i, j] = kn * n[i] * n[j] - normal_force * h[i, j]
         tau[i] = 0.0
-    if mu == 0.0:
-        return normal_force, SLIP
+    if laws is None:
+        if mu == 0.0:
+            return normal_force, SLIP
     # Trial: the old friction force turned onto the new tangent plane, and the elastic response.
     cos, lever = 1.0 + dot(n_old, n), dot(n, tau_old)
     lift = dot(n, du)
@@ -65,7 +69,13 @@ def node_force(gap, n, h, lam, kn, kt, mu, skin, tau_old, n_old, du, held, tau, 
     for i in range(3):
         trial[i] = tau_old[i] - lever / cos * (n_old[i] + n[i]) - kt * (du[i] - lift * n[i])
     size = sqrt(dot(trial, trial))
-    limit = mu * max(normal_force, 0.0)
+    limit, grip, drag, speed = mu * max(normal_force, 0.0), mu, 0.0, 0.0
+    if laws is not None:
+        speed = sqrt(max(dot(du, du) - lift * lift, 0.0)) / laws.lapse[0]
+        row = laws.rows[law_at(laws.law_of_face, face)]
+        limit, grip, drag = friction_limit(row, max(normal_force, 0.0), laws.area[node], speed)
+        if row[1] == 0.0 and limit == 0.0:
+            return normal_force, SLIP
     sticks = size <= limit
     factor = 1.0 if sticks else limit / size
     state = STICK if sticks else SLIP
@@ -91,7 +101,14 @@ def node_force(gap, n, h, lam, kn, kt, mu, skin, tau_old, n_old, du, held, tau, 
     elif size > 0.0:
         for j in range(3):
             along = (trial[0] * dtrial[0, j] + trial[1] * dtrial[1, j] + trial[2] * dtrial[2, j]) / (size * size)
-            dn = -mu * kn * n[j] / size if limit > 0.0 else 0.0
+            dn = -grip * kn * n[j] / size if limit > 0.0 else 0.0
+            if laws is not None:
+                if drag != 0.0 and speed > 0.0:
+                    # Slope of the sliding speed, whose direction s = du - (n du) n turns with the normal.
+                    turned, lapse = 0.0, laws.lapse[0]
+                    for k in range(3):
+                        turned += h[j, k] * (du[k] - lift * n[k])
+                    dn += drag * (du[j] - lift * n[j] - lift * turned) / (speed * lapse * lapse * size)
             for i in range(3):
                 stiffness[i, j] -= factor * (dtrial[i, j] - trial[i] * along) + trial[i] * dn
     return normal_force, state
@@ -99,16 +116,17 @@ def node_force(gap, n, h, lam, kn, kt, mu, skin, tau_old, n_old, du, held, tau, 
 
 @njit(parallel=True, cache=True)
 def contact_forces(
-    near, distance, normal, curvature, direction, half_thickness, skin, first, lam, kn, kt, mu,
-    tau_old, n_old, state_old, x, x_old, move, force, stiffness, normal_force, tau, n_new, gap, state,
+    near, distance, normal, curvature, direction, face, half_thickness, skin, first, lam, kn, kt, mu, laws,
+    tau_old, n_old, state_old, x, x_old, force, stiffness, normal_force, tau, n_new, gap, state,
 ):  # fmt: skip
     """Adds the contact forces of one tool.
 
-    near : (k,) node ids; distance (k,), normal (k, 3), curvature (k, 2), direction (k, 3) of their projection
+    near : (k,) node ids; distance (k,), normal (k, 3), curvature (k, 2), direction (k, 3), face (k,) of their feet
+    mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
     half_thickness (n,), lam (n,), kn (n,), kt (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
     skin : half the width of the gap over which the force sets in [mm]
     first : at an increment's first evaluation the nodes that touched before still do, so that the tangent
-    knows them; x, x_old (n, 3); move (3,) of the tool over the increment
+    knows them; x (n, 3); x_old (n, 3) at the increment's start, carried along with the tool
     adds to force (n, 3) [N]; fills stiffness (n, 3, 3) [N/mm], normal_force (n,), tau (n, 3), n_new (n, 3), gap (n,),
     state (n,) of the near nodes
     """
@@ -123,12 +141,12 @@ def contact_forces(
         n_start = np.empty(3)
         hessian_of_distance(distance[k], normal[k], curvature[k], direction[k], h)
         for c in range(3):
-            du[c] = x[node, c] - x_old[node, c] - move[c]
+            du[c] = x[node, c] - x_old[node, c]
             # A new contact has no old normal, and no friction force to carry.
             n_start[c] = normal[k, c] if state_old[node] == OPEN else n_old[node, c]
         normal_force[node], state[node] = node_force(
-            gap[node], normal[k], h, lam[node], kn[node], kt[node], mu, skin, tau_old[node], n_start, du, held,
-            tau[node], stiffness[node],
+            gap[node], normal[k], h, lam[node], kn[node], kt[node], mu, laws, face[k], node, skin, tau_old[node],
+            n_start, du, held, tau[node], stiffness[node],
         )  # fmt: skip
         for c in range(3):
             n_new[node, c] = normal[k, c]

@@ -15,6 +15,7 @@ from math import sqrt
 import numpy as np
 from numba import njit, prange
 
+from ..contact.friction import coefficient, law_at
 from ..contact.node_on_tool import OPEN, SLIP, STICK
 from .method import Kinematic, Penalty, Touch
 
@@ -85,13 +86,14 @@ def bounce(gap, approach, pull, dt, restitution):
 
 @njit(parallel=True, cache=True)
 def meet_tool(
-    law, parameter, near, distance, normal, half_thickness, mass, free, mu, w, dt, dtm, v,
+    law, parameter, near, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
     u_new, v_new, gap, normal_force, n_new, tau, status, lost,
 ):  # fmt: skip
     """Puts the nodes that overlap a tool back, and gives them their friction.
 
     parameter : restitution of a touch; stiffness of a penalty over the node's mass [1/s^2]
-    near : (k,) nodes; distance (k,), normal (k, 3) of their projection after the predicted step (penalty: before it)
+    near : (k,) nodes; distance (k,), normal (k, 3), face (k,) of their projection after the predicted step (penalty:
+    before it); mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
     half_thickness (n,), mass (n,); free : (n, 3) 1 where a node may move; w : (3,) mm/s;
     v : before the step
     changes u_new, v_new (n, 3); fills gap (n,), normal_force (n,), n_new (n, 3), tau (n, 3), status (n,) of these
@@ -137,10 +139,19 @@ def meet_tool(
             sliding += slide * slide
         sliding = sqrt(sliding)
         stopped = mu * dv
+        if laws is not None:
+            row = laws.rows[law_at(laws.law_of_face, face[k])]
+            # The speed it has, not the one that the step would give it without friction.
+            along = across = 0.0
+            for c in range(3):
+                along += (v[node, c] - w[c]) * normal[k, c]
+                across += (v[node, c] - w[c]) ** 2
+            speed = sqrt(max(across - along * along, 0.0)) / laws.lapse[0]
+            stopped = dv * coefficient(row, max(force, 0.0) / laws.area[node], speed)[0]
         factor = 0.0
-        if mu > 0.0 and sliding > 0.0:
+        if stopped > 0.0 and sliding > 0.0:
             factor = -min(1.0, stopped / sliding)
-        status[node] = STICK if mu > 0.0 and sliding <= stopped else SLIP
+        status[node] = STICK if stopped > 0.0 and sliding <= stopped else SLIP
         normal_force[node] = force
         for c in range(3):
             slowed = factor * tau[node, c]
@@ -231,9 +242,9 @@ class ToolContact:
             return
         hit = watch.project_these(near, self.local[:count])
         meet_tool(
-            self.law, self.parameter, near, hit.distance, hit.normal, half_thickness, self.mass, self.free,
-            self.run.tool.mu, w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force, contact.normal,
-            contact.friction_force, contact.status, self.lost,
+            self.law, self.parameter, near, hit.distance, hit.normal, hit.face, half_thickness, self.mass, self.free,
+            self.run.tool.mu, self.run.laws, w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force,
+            contact.normal, contact.friction_force, contact.status, self.lost,
         )  # fmt: skip
 
     def work(self, v, v_new, dtm, sums):
@@ -263,4 +274,4 @@ class ToolContact:
 
 def in_order(tools):
     """Tools in the order in which nodes meet them: driven by a force, travelling, standing still."""
-    return sorted(tools, key=lambda run: 0 if run.load > 0.0 else 1 if run.tool.travel is not None else 2)
+    return sorted(tools, key=lambda run: 0 if run.drive is not None else 1 if run.tool.travel is not None else 2)

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contact.drawbead import build_beads, uplifts
+from ..contact.drive import force_borne
 from ..elements.assembly import gather_forces, gather_thickness
 from ..energy import NAMES
 from ..errors import StepFailed
@@ -28,6 +30,7 @@ LOOKS = 50  # at the stable step in a stage
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
 CREEP = 1e-3  # change of the step from one to the next
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
+STOP = 0.05  # stiffness of a tool's stop or of a drawbead, relative to the mass it meets over the square of the step
 HISTORY = ("strain", "plastic", "equivalent", "history", "stress")
 
 
@@ -66,7 +69,7 @@ class Dynamics:
         n, m = len(sheet.points), len(sheet.triangles.cells)
         self.fixed = sheet.held.copy()
         self.movement = np.zeros(self.fixed.shape)
-        for group, movement in stage.moved.items():
+        for group, movement in stage.movements.items():
             for axis, distance in enumerate(movement):
                 if distance is not None:
                     nodes = sheet.blank.nodes_of(group)
@@ -85,21 +88,30 @@ class Dynamics:
         self.limit = method.safety * self.stable.limit(state.sheet)
         self.wave, self.shrunk = self.fastest(), 1.0
         self.loads = Loads(sheet, stage)
-        self.has_loads = bool(stage.pressure or stage.forces or stage.moments)
+        self.beads = build_beads(stage, sheet, method)
+        self.bead_force, self.x_before = np.zeros((n, 3)), state.sheet.x.copy()
+        self.has_loads = bool(stage.pressure or stage.forces or stage.moments or stage.drawbeads)
+        self.has_loads = self.has_loads or stage.gravity is not None
         state.sheet.external[:] = 0.0
         free = (~self.fixed[:n]).astype(float)
         law, inertia = law_of(method.contact, self.limit), TOOL_MASS * float(self.mass[:n].sum())
-        self.tools = [
-            ToolContact(run, state.tools[run.tool.name], law, self.mass, free, inertia) for run in in_order(tools)
-        ]
+        # A stop is a spring no stiffer than the tool's mass can carry in a step.
+        solid = STOP * inertia / self.limit**2
+        runs = [r if r.drive is None else r._replace(drive=r.drive._replace(solid=solid)) for r in in_order(tools)]
+        self.tools = [ToolContact(run, state.tools[run.tool.name], law, self.mass, free, inertia) for run in runs]
         # A tool that pressed in the stage before goes on pressing.
         fresh = begun.fraction == -1.0
         self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].status.any()) for run in tools}
         for tool in self.tools:
             tool.velocity = begun.rates[tool.run.tool.name]
+            if tool.run.laws is not None:
+                # Tools move faster here than in the press: friction is that of the stage's own speed.
+                tool.run.laws.lapse[0] = stage.seconds / self.pacing.duration
+        self.measure_areas()
         self.slot_force = np.empty((*elements.slots.shape, 3))
         self.v, self.v_new, self.u_new = begun.rate.copy(), np.zeros(self.fixed.shape), np.zeros(self.fixed.shape)
         self.past = SimpleNamespace(**{name: getattr(state.sheet, name).copy() for name in HISTORY})
+        self.uplifts = {}
         self.sums, self.energies = np.zeros((n_chunks(len(self.mass)), 3)), np.zeros(n_chunks(m))
         self.no_tangents = np.zeros((0, 0, 0))
         self.work = dict.fromkeys(NAMES, 0.0)
@@ -110,6 +122,12 @@ class Dynamics:
         """Half the thickness at the nodes."""
         gather_thickness(self.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
         self.half *= 0.5
+
+    def measure_areas(self):
+        """Area of the nodes now, for friction that depends on pressure: the sheet's volume is constant."""
+        for tool in self.tools:
+            if tool.run.laws is not None:
+                tool.run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half
 
     def fastest(self):
         """Least time in which a wave crosses a triangle now [s]."""
@@ -132,6 +150,8 @@ class Dynamics:
         for tool in self.tools:
             c = tool.contact
             residual[: len(sheet.x)] += c.normal_force[:, None] * c.normal + c.friction_force
+        if self.loads.weight is not None:
+            residual[: len(sheet.x)] += self.loads.weight
         residual[self.fixed] = 0.0
         return residual
 
@@ -151,7 +171,7 @@ class Dynamics:
         if self.added_mass > 1e-6:
             found[0] += f", {100.0 * self.added_mass:.2g} % of mass added to its smallest triangles"
         for tool in self.tools:
-            if tool.run.load > 0.0:
+            if tool.run.drive is not None:
                 weight = f"{tool.run.tool.name} moves as a mass of {TOOL_MASS:g} times the sheet's"
                 found.append(f"stage {name!r}: {weight}, damped critically where it bounces on it")
         return tuple(found)
@@ -166,11 +186,14 @@ class Dynamics:
         if self.has_loads:
             fraction = start if time >= 0.0 else ready - 1.0
             self.loads.apply(sheet, fraction, self.no_tangents)
+        if self.beads:
+            self.pull_in_beads(sheet)
         # Tools move, the sheet is predicted and meets them.
         for tool in self.tools:
             run = tool.run
-            if run.load > 0.0:
-                tool.be_driven(run.load if self.loaded[run.tool.name] else ready * run.load, dt, dtm)
+            if run.drive is not None:
+                load = force_borne(run, self.state) - self.uplifts.get(run.tool.name, 0.0)
+                tool.be_driven(load if self.loaded[run.tool.name] else ready * load, dt, dtm)
             elif run.tool.travel is not None:
                 tool.travel_to(run.start + end * run.tool.travel, dt)
         predict(
@@ -182,11 +205,17 @@ class Dynamics:
         for tool in self.tools:
             tool.work(self.v, self.v_new, dtm, self.work)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
+        if self.beads:
+            path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
+            rubbed = -float(np.sum(self.bead_force * path))
+            self.work["friction"] += rubbed
+            self.work["external"] += rubbed
         sheet.u, self.u_new = self.u_new, sheet.u
         self.v, self.v_new = self.v_new, self.v
         # Strain, material, forces: the past becomes scratch for what is new.
         if self.count % BEGIN == 0:
             elements.begin(sheet, sheet, material, self.method)
+            self.measure_areas()
         for name in HISTORY:
             now = getattr(sheet, name)
             setattr(sheet, name, getattr(past, name))
@@ -207,6 +236,28 @@ class Dynamics:
         self.work["internal"] += self.energies.sum()
         self.count += 1
 
+    def pull_in_beads(self, sheet):
+        """Add what drawbeads do on the sheet to its loads; now and then they look where it is."""
+        if self.count % BEGIN == 0:
+            for run in self.beads:
+                run.begin(sheet.x)
+                run.stiffness = min(run.stiffness, self.softest_bead(run))
+            self.uplifts = {name: forces.sum() for name, (_, forces) in uplifts(self.beads, sheet.x).items()}
+        self.bead_force[:] = 0.0
+        for run in self.beads:
+            held = self.state.beads[run.bead.name]
+            run.pull(held, held, self.x_before, sheet.x, self.bead_force, self.no_tangents)
+        sheet.external[: len(sheet.x)] += self.bead_force
+        self.x_before[:] = sheet.x
+
+    def softest_bead(self, run):
+        """Stiffness of a bead that the nodes' masses can carry in a step [N/mm^2]."""
+        on = run.triangle >= 0
+        share = np.zeros(len(self.x_before))
+        np.add.at(share, run.nodes[on].ravel(), (run.shares * run.lengths[:, None])[on].ravel())
+        held = share > 0.0
+        return STOP * float(np.min(self.mass[: len(share)][held] / share[held], initial=np.inf)) / self.limit**2
+
     def record(self, span):
         """Work since the last record, {name: mJ}; the contacts' states are finished."""
         for tool in self.tools:
@@ -226,7 +277,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     dynamics = Dynamics(sheet, stage, tools, new, method, begun)
     pacing = dynamics.pacing
     relief = begun.relief if begun.relief is not None else dynamics.unbalanced()
-    presses = any(run.load > 0.0 for run in tools)
+    presses = any(run.drive is not None for run in tools)
     place = begun._replace(relief=relief)
     relieves = dynamics.relieve(relief)
     if place.fraction == -1.0 and not relieves and not presses:

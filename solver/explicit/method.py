@@ -75,6 +75,7 @@ class Explicit:
     torsion = 0.0
     needs_tangents = False
     several_feet = False  # contact knows the nearest only
+    tilts = False  # tools move along their axes
 
     @property
     def penalty(self):

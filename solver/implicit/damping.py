@@ -10,6 +10,8 @@ What they dissipate stands in the energies, and the run says at which stroke the
 
 import numpy as np
 
+from ..contact.drive import coordinates
+
 RESORT = 0.03  # cuts of an increment below this part of the stage's first one are given up for damping
 STIFFEST = 1e4  # times the first resistance
 FADED = 1e-4  # of the first resistance: the next step does without
@@ -59,17 +61,12 @@ def drag(damping, sheet, old, new):
 
 
 def tool_drag(damping, sheet, driven, old, new):
-    """The same on driven tools along their axes, (k,) [N]. driven : ToolRuns"""
-    return (damping or 0.0) * sheet.area.sum() * travelled(driven, old, new)
-
-
-def travelled(driven, old, new):
-    """Travel of driven tools over an increment, (k,) [mm]."""
-    return np.array([new.tools[run.tool.name].travel[0] - old.tools[run.tool.name].travel[0] for run in driven])
+    """The same on the coordinates of driven tools, (k,) [N]. driven : ToolRuns"""
+    return (damping or 0.0) * sheet.area.sum() * (coordinates(driven, new) - coordinates(driven, old))
 
 
 def dissipated(before, damping, sheet, driven, old, new):
     """Work the resistance takes over an increment [mJ], and its forces at the end, to be `before` of the next one."""
     forces = np.append(drag(damping, sheet, old, new), tool_drag(damping, sheet, driven, old, new))
-    moved = np.append(new.sheet.x - old.sheet.x, travelled(driven, old, new))
+    moved = np.append(new.sheet.x - old.sheet.x, coordinates(driven, new) - coordinates(driven, old))
     return 0.5 * float((before + forces) @ moved), forces

@@ -1,17 +1,18 @@
 """Forces on the sheet and on force-driven tools at a trial state, and their exact tangent.
 
-Unknowns: node positions x and the travel w of every tool driven by a force. With F the contact forces on the sheet,
-A = - d residual / d unknowns has the blocks K (nodes), -Kc a (column of a tool with axis a), -a^T Kc
-(its row) and a^T sum Kc a.
+Unknowns: node positions x and the free coordinates of every tool that carries a load (contact/drive.py). With Kc the
+stiffness of its contact, A = - d residual / d unknowns has the blocks K (nodes), -Kc v (column of a coordinate that
+moves the tool by v), -v^T Kc (its row) and v^T sum Kc v, and what turning adds.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from ..contact.drawbead import build_beads, uplifts
+from ..contact.drive import balance, borders, carried, to_space, to_tool
 from ..contact.feet import sort_feet
 from ..contact.node_on_tool import OPEN, contact_forces
-from ..contact.search import Neighbourhood
 from ..elements.assembly import gather_blocks, gather_forces
 from ..loads import Loads
 from ..scene import AXES
@@ -19,22 +20,8 @@ from ..springback import least_supports
 from .damping import drag, tool_drag
 
 
-class ToolRun(NamedTuple):
-    """A tool in its stage: press is the sign of its axis that leads to the sheet; mu, kn (n,), kt (n,)
-    friction and stiffnesses [N/mm]; load [N] of the modelled share where a force drives it, else 0."""
-
-    tool: object
-    axis: np.ndarray
-    start: float
-    press: float
-    load: float
-    kn: np.ndarray
-    kt: np.ndarray
-    neighbourhood: Neighbourhood
-
-
 class Tangent(NamedTuple):
-    """blocks (n_blocks, 3, 3); column, row (n, 3, k) and corner (k,) of the k force-driven tools."""
+    """blocks (n_blocks, 3, 3); column, row (n, 3, k) and corner (k, k) of the tools' k free coordinates."""
 
     blocks: np.ndarray
     column: np.ndarray
@@ -47,7 +34,7 @@ class Equilibrium:
 
     def __init__(self, sheet, stage, tools, method, old):
         self.sheet, self.stage, self.tools = sheet, stage, tools
-        self.driven = [run for run in tools if run.load > 0.0]
+        self.driven = [run for run in tools if run.drive is not None]
         self.pressed = {run.tool.name: bool(old.tools[run.tool.name].touching.any()) for run in self.driven}
         self.method = method
         n, elements = len(sheet.points), sheet.elements
@@ -56,6 +43,7 @@ class Equilibrium:
         self.skin = method.skin * sheet.blank.thickness
         self.half_thickness = np.empty(n)
         self.loads = Loads(sheet, stage)
+        self.beads, self.uplifts = build_beads(stage, sheet, method), {}
         self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
         self.contact = np.empty((n, 3))
         self.damping = 0.0  # N/mm^3: see damping.py
@@ -63,7 +51,7 @@ class Equilibrium:
         self.foot_blocks = np.empty((n, 3, 3))
         self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))
         self.fixed = sheet.held.copy()
-        for group, movement in stage.moved.items():
+        for group, movement in stage.movements.items():
             for axis, distance in enumerate(movement):
                 if distance is not None:
                     self.fixed[sheet.blank.nodes_of(group), axis] = True
@@ -73,22 +61,37 @@ class Equilibrium:
 
     def unbalanced(self, old):
         """Forces that are no longer in balance where a stage starts, (n + k, 3) [N]: those in the sheet without the
-        tools, supports and loads of the stage before."""
+        tools, supports and loads of the stage before, and its weight in this one."""
         residual = -old.sheet.internal
         for run in self.tools:
             residual[: len(old.sheet.x)] += old.tools[run.tool.name].push
+        if self.loads.weight is not None:
+            residual[: len(old.sheet.x)] += self.loads.weight
         residual[self.fixed] = 0.0
         return residual
 
-    def begin(self, old, new):
-        """Finish the prediction and freeze what an increment takes from its start."""
+    def begin(self, old, new, width=0.0):
+        """Finish the prediction and freeze what an increment takes from its start. width : of it, as a fraction of the
+        stage; 0 keeps the time of the last one"""
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
+        for run in self.tools:
+            if run.laws is not None:
+                # The sheet's volume is constant.
+                run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half_thickness
+                if width > 0.0:
+                    run.laws.lapse[0] = width * self.stage.seconds
+        for run in self.beads:
+            run.begin(old.sheet.x)
+        self.uplifts = uplifts(self.beads, old.sheet.x)
         self.follow_tools(old, new)
         self.sheet.elements.begin(old.sheet, new.sheet, self.sheet.blank.material, self.method)
 
-    def load(self, run, fraction):
-        """Force of a driven tool [N]: one that meets the sheet in this stage presses harder and harder before it."""
-        return run.load if self.pressed[run.tool.name] else min(1.0, 1.0 + fraction) * run.load
+    def pressing(self, run, fraction):
+        """A driven tool with the load it bears: one that meets the sheet in this stage presses harder and harder
+        before it."""
+        if fraction >= 0.0 or self.pressed[run.tool.name]:
+            return run
+        return run._replace(drive=run.drive._replace(load=(1.0 + fraction) * run.drive.load))
 
     def follow_tools(self, old, new):
         """Put predicted nodes on the tools of prescribed motion, along the exact curvature and with the thickness of
@@ -96,11 +99,12 @@ class Equilibrium:
         touching = np.any([contact.touching for contact in old.tools.values()], axis=0)
         for run in self.tools:
             before = old.tools[run.tool.name]
-            if run.load > 0.0:
+            if run.drive is not None:
                 continue
-            place = new.sheet.x - new.tools[run.tool.name].travel * run.axis
+            place = to_tool(run, new.tools[run.tool.name], new.sheet.x)
             held = before.touching
             nodes, hit = run.neighbourhood.project(place, np.where(held, np.inf, self.half_thickness))
+            hit = to_space(run, new.tools[run.tool.name], hit)
             gap = hit.distance - self.half_thickness[nodes]
             kept = np.min([np.where(foot.status != OPEN, foot.gap, np.inf)[nodes] for foot in before.feet], axis=0)
             wanted = np.where(held[nodes], kept, np.where(touching[nodes], gap, np.maximum(gap, 0.0)))
@@ -113,7 +117,7 @@ class Equilibrium:
         The first evaluation of an increment remembers who touched: those nodes enter the tangent even where the
         sheet has thinned away from the tool meanwhile.
         """
-        self.first = first
+        self.first, self.state, self.fraction = first, new, fraction
         elements, material, sheet = self.sheet.elements, self.sheet.blank.material, new.sheet
         n = len(sheet.x)
         elements.strain(sheet)
@@ -122,6 +126,10 @@ class Equilibrium:
         elements.stiffness(sheet, self.stiffness)
         gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
         self.loads.apply(sheet, fraction, self.stiffness)
+        for run in self.beads:
+            name = run.bead.name
+            places = old.sheet.x, sheet.x, sheet.external[:n]
+            run.pull(old.beads[name], new.beads[name], *places, self.stiffness)
         self.contact[:] = 0.0
         for run in self.tools:
             self._touch(run, old, new)
@@ -131,11 +139,9 @@ class Equilibrium:
             residual[:n] -= drag(self.damping, self.sheet, old, new)
         scale = max(np.linalg.norm(f) for f in (sheet.internal, sheet.external, self.contact))
         residual[self.fixed] = 0.0
-        balance = [
-            run.press * self.load(run, fraction) + new.tools[run.tool.name].force @ run.axis for run in self.driven
-        ]
-        balance = np.array(balance) - tool_drag(self.damping, self.sheet, self.driven, old, new)
-        return residual, balance, scale
+        unborne = [balance(self.pressing(run, fraction), new, self.uplifts.get(run.tool.name)) for run in self.driven]
+        unborne = np.concatenate([*unborne, np.zeros(0)]) - tool_drag(self.damping, self.sheet, self.driven, old, new)
+        return residual, unborne, scale
 
     def _touch(self, run, old, new):
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]
@@ -143,32 +149,41 @@ class Equilibrium:
         blocks[:] = 0.0
         slack = np.divide(np.max([foot.multiplier for foot in after.feet], axis=0), run.kn)
         reach = self.half_thickness + slack + self.skin
-        points = new.sheet.x - after.travel * run.axis
+        points = to_tool(run, after, new.sheet.x)
         near, hit = run.neighbourhood.project(points, np.where(self.first & before.touching, np.inf, reach))
-        feet = [(near, hit)]
+        feet = [(near, to_space(run, after, hit))]
         if after.further:
             # What touched before is still looked for a little farther off.
             reach = np.where(self.first & before.touching, 2.0 * reach, reach)
             feet = sort_feet(run.tool.surface, points[near], near, hit, reach[near], before)
-        move = (after.travel - before.travel) * run.axis
+        # The sheet's places at the increment's start, carried along with the tool.
+        x_old, turned = carried(run, before, after, old.sheet.x)
         contact_before = self.contact.sum(axis=0)
         for foot, earlier, now in zip(feet, before.feet, after.feet):
             now.gap[:] = run.neighbourhood.distance - self.half_thickness if now is after else np.inf
             now.normal_force[:], now.friction_force[:], now.status[:] = 0.0, 0.0, OPEN
-            self._press(run, foot, earlier, now, old.sheet.x, new.sheet.x, move, blocks)
+            self._press(run, foot, earlier, now, x_old, turned, new.sheet.x, blocks)
         after.force[:] = contact_before - self.contact.sum(axis=0)
 
-    def _press(self, run, foot, before, after, x_old, x, move, blocks):
+    def _press(self, run, foot, before, after, x_old, turned, x, blocks):
         """Adds forces and stiffnesses of the nodes' contact at one of their feet, foot : (node ids, Projection)."""
         nodes, hit = foot
         self.foot_blocks[:] = 0.0
+        friction, normal = before.friction_force, before.normal
+        if turned is not None:
+            friction, normal = friction @ turned.T, normal @ turned.T
         contact_forces(
-            nodes, hit.distance, hit.normal, hit.curvature, hit.direction, self.half_thickness, self.skin, self.first,
-            after.multiplier, run.kn, run.kt, run.tool.mu, before.friction_force, before.normal, before.status,
-            x, x_old, move, self.contact, self.foot_blocks, after.normal_force, after.friction_force, after.normal,
-            after.gap, after.status,
+            nodes, hit.distance, hit.normal, hit.curvature, hit.direction, hit.face, self.half_thickness, self.skin,
+            self.first, after.multiplier, run.kn, run.kt, run.tool.mu, run.laws, friction, normal,
+            before.status, x, x_old, self.contact, self.foot_blocks, after.normal_force, after.friction_force,
+            after.normal, after.gap, after.status,
         )  # fmt: skip
         blocks += self.foot_blocks
+
+    def lost_in_beads(self, old, new):
+        """Work that drawbeads take over an increment [mJ]."""
+        states = ((run, old.beads[run.bead.name], new.beads[run.bead.name]) for run in self.beads)
+        return sum(run.work(before, after, old.sheet.x, new.sheet.x) for run, before, after in states)
 
     def tangent(self):
         """Tangent of the state evaluated last."""
@@ -177,15 +192,21 @@ class Equilibrium:
         gather_blocks(
             self.stiffness, n_slots, pattern.n_translations, pattern.block_first, pattern.block_slot, self.blocks
         )
-        n, k = len(self.sheet.points), len(self.driven)
+        n = len(self.sheet.points)
         for blocks in self.contact_blocks.values():
             self.blocks[pattern.diagonal[:n]] += blocks
         self.blocks[pattern.diagonal[:n]] += (self.damping * self.sheet.area)[:, None, None] * np.eye(3)
-        column, row, corner = np.zeros((*self.fixed.shape, k)), np.zeros((*self.fixed.shape, k)), np.zeros(k)
-        for j, run in enumerate(self.driven):
-            blocks = self.contact_blocks[run.tool.name]
-            column[:n, :, j] = -blocks @ run.axis
-            row[:n, :, j] = -np.einsum("ncd,c->nd", blocks, run.axis)
-            corner[j] = run.axis @ blocks.sum(axis=0) @ run.axis + self.damping * self.sheet.area.sum()
+        k = sum(1 + len(run.drive.axes) for run in self.driven)
+        column, row, corner = np.zeros((*self.fixed.shape, k)), np.zeros((*self.fixed.shape, k)), np.zeros((k, k))
+        first = 0
+        for run in self.driven:
+            own = slice(first, first + 1 + len(run.drive.axes))
+            first = own.stop
+            name = run.tool.name
+            parts = borders(
+                self.pressing(run, self.fraction), self.state, self.contact_blocks[name], self.uplifts.get(name)
+            )
+            column[:n, :, own], row[:n, :, own], corner[own, own] = parts
+        corner += self.damping * self.sheet.area.sum() * np.eye(k)
         column[self.fixed] = row[self.fixed] = 0.0
         return Tangent(self.blocks, column, row, corner)

@@ -48,8 +48,7 @@ class Accepted(NamedTuple):
 
 def widths(stage, sheet, increments):
     """First and largest increment as fractions of the stage."""
-    movements = [abs(d) for movement in stage.moved.values() for d in movement if d is not None]
-    length = max([stage.stroke] if any(t.travel is not None for t in stage.tools) else movements, default=0.0)
+    length = stage.path
     if length == 0.0:
         return 0.01, 0.05
     return (
@@ -89,7 +88,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         equilibrium.damping = place.damping or 0.0
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
-        equilibrium.begin(old, new)
+        equilibrium.begin(old, new, max(fraction, 0.0) - max(place.fraction, 0.0))
         outcome = solve_increment(equilibrium, solver, old, new, fraction, method, floor)
         trail = " ".join(f"{r:.1e}" for r in outcome.residuals)
         if not outcome.converged:
@@ -101,6 +100,9 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             continue
         log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
         work = work_of(sheet, old, new, tools)
+        rubbed = equilibrium.lost_in_beads(old, new)
+        work["friction"] += rubbed
+        work["external"] += rubbed
         lost, dragged = dissipated(dragged, place.damping, sheet, equilibrium.driven, old, new)
         # work_of takes sheet and tools to be in equilibrium: what the resistance holds comes from outside too.
         work["damping"] += lost
@@ -173,7 +175,7 @@ def predict(sheet, stage, tools, place, fraction, old, new):
         length = np.linalg.norm(shift, axis=1)[:, None]
         shift *= farthest / np.maximum(length, farthest)
     new.sheet.u[:] = old.sheet.u + shift
-    for group, movement in stage.moved.items():
+    for group, movement in stage.movements.items():
         nodes = sheet.blank.nodes_of(group)
         for axis, distance in enumerate(movement):
             if distance is not None:
@@ -182,6 +184,6 @@ def predict(sheet, stage, tools, place, fraction, old, new):
         travel = old.tools[run.tool.name].travel[0]
         if run.tool.travel is not None:
             travel = run.start + max(fraction, 0.0) * run.tool.travel
-        elif run.load > 0.0:
+        elif run.drive is not None:
             travel += width * place.rates[run.tool.name]
         new.tools[run.tool.name].travel[0] = travel

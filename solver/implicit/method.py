@@ -55,6 +55,7 @@ class Implicit:
     penetration: float = 1e-3
     needs_tangents = True
     several_feet = True  # contact knows all
+    tilts = True  # tools may
 
     def describe(self):
         """One line for the plan."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contact.drive import coordinates, move_tools
 from ..contact.node_on_tool import OPEN
 
 LINE_SEARCHES = 4
@@ -31,7 +32,7 @@ class Outcome:
 
 
 def correction(solver, tangent, residual, balance, softest):
-    """Movement of the nodes (n, 3) and of the driven tools (k,) that the tangent asks for.
+    """Movement of the nodes (n, 3) and of the tools that carry loads (k,) that the tangent asks for.
 
     Tools are eliminated by bordering. softest : (k,) least stiffness of a tool under its load [N/mm]
     """
@@ -40,7 +41,8 @@ def correction(solver, tangent, residual, balance, softest):
         return solver.solve(residual), balance
     answers = solver.solve(np.concatenate([residual[:, :, None], tangent.column], axis=2))
     free, coupled = answers[:, :, 0], answers[:, :, 1:]
-    schur = np.diag(np.maximum(tangent.corner, softest)) - np.einsum("ncj,nck->jk", tangent.row, coupled)
+    softer = np.diag(np.maximum(softest - np.diagonal(tangent.corner), 0.0))
+    schur = tangent.corner + softer - np.einsum("ncj,nck->jk", tangent.row, coupled)
     tools = np.linalg.solve(schur, balance - np.einsum("ncj,nc->j", tangent.row, free))
     return free - coupled @ tools, tools
 
@@ -75,8 +77,7 @@ def deepest(state):
 def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     """Newton iterations at fixed multipliers; fills out."""
     newton, size = method.newton, equilibrium.sheet.size
-    driven = [new.tools[run.tool.name] for run in equilibrium.driven]
-    softest = np.array([least_stiffness(run, equilibrium.skin) for run in equilibrium.driven])
+    softest = least_stiffnesses(equilibrium.driven, equilibrium.skin)
 
     def trial(first=False):
         residual, balance, scale = equilibrium.evaluate(old, new, fraction, first)
@@ -107,7 +108,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             out.snaps, out.reason = not out.converged, "the sheet snaps"
             return
         before = here
-        here, step = line_search(trial, before, Path(new.sheet.u, driven, dx, dw), newton.residual)
+        here, step = line_search(trial, before, Path(new, equilibrium.driven, dx, dw), newton.residual)
         # The next correction, if the residual's fall goes on: what the movement still lacks.
         moved = step * np.abs(dx).max()
         lacking = moved * min(1.0, here.error / max(before.error, 1e-300)) if step == cap == 1.0 else moved
@@ -135,17 +136,16 @@ class Trial(NamedTuple):
 
 
 class Path:
-    """Positions u and travels of the driven tools along a correction, from where they stand."""
+    """Positions and coordinates of the driven tools along a correction, from where a state has them."""
 
-    def __init__(self, u, driven, dx, dw):
-        self.u, self.driven, self.dx, self.dw = u, driven, dx, dw
-        self.start = u.copy(), [contact.travel.copy() for contact in driven]
+    def __init__(self, state, driven, dx, dw):
+        self.state, self.driven, self.dx, self.dw = state, driven, dx, dw
+        self.start = state.sheet.u.copy(), coordinates(driven, state)
 
     def go(self, step):
         """Move to a part of the correction."""
-        self.u[:] = self.start[0] + step * self.dx
-        for contact, travel, change in zip(self.driven, self.start[1], self.dw, strict=True):
-            contact.travel[:] = travel + step * change
+        self.state.sheet.u[:] = self.start[0] + step * self.dx
+        move_tools(self.driven, self.state, self.start[1] + step * self.dw)
 
 
 def line_search(trial, before, path, enough):
@@ -180,11 +180,16 @@ def stalled(residuals, error):
     return len(residuals) > STALLED and error > 0.5 * min(residuals[-STALLED:])
 
 
-def least_stiffness(run, skin):
-    """Stiffness [N/mm] of a driven tool that one node alone holds up: the slope of the rounded contact law where its
-    force is the tool's load. Under the load no tool is softer, so that the exact tangent is kept where it matters."""
-    stiffness = float(run.kn.min())
-    return stiffness * min(1.0, np.sqrt(run.load / (stiffness * skin)))
+def least_stiffnesses(driven, skin):
+    """Stiffness (k,) [N/mm] of driven tools that one node alone holds up: the slope of the rounded contact law where
+    its force is the tool's load. Under the load no tool is softer, so that the exact tangent is kept where it matters.
+    """
+    found = []
+    for run in driven:
+        stiffness, drive = float(run.kn.min()), run.drive
+        load = max(drive.load, drive.stiffness * skin)
+        found += [stiffness * min(1.0, np.sqrt(load / (stiffness * skin)))] * (1 + len(drive.axes))
+    return np.array(found)
 
 
 def relative(residual, balance, scale, floor):

@@ -88,9 +88,9 @@ def test_a_stage_changes_a_tool_and_keeps_the_rest():
     stages = [{"tools": {"PUNCH": {}, "DIE": {}}}, {"tools": {"PUNCH": {"force": 100, "friction": 0.05}}}]
     keys = check(cup(stages=stages), "s.toml")
     changed = keys.tools["PUNCH"].changed_by(keys.stages[1].tools["PUNCH"])
-    assert (changed.travel, changed.force, changed.friction) == (None, 100.0, 0.05)
+    assert (changed.travel, changed.force, changed.friction.coulomb.mu) == (None, 100.0, 0.05)
     same = keys.tools["PUNCH"].changed_by(keys.stages[0].tools["PUNCH"])
-    assert (same.travel, same.friction) == (-40.0, 0.162)
+    assert (same.travel, same.friction.coulomb.mu) == (-40.0, 0.162)
 
 
 def test_options_of_the_method_reach_it():

@@ -6,11 +6,12 @@ import pytest
 from cadlink.feet import Feet
 from solver import Blank, Coulomb, Implicit, Material, Membrane, PlanarHill, Scene, Shell, Stage, Swift, Tool, form
 from solver.checkpoint import load_checkpoint, save_checkpoint
+from solver.contact.drive import ToolRun, build_drive
 from solver.contact.feet import feet_per_node, places
 from solver.contact.search import Neighbourhood
 from solver.energy import Energy
 from solver.form import first_state
-from solver.implicit.equilibrium import Equilibrium, ToolRun
+from solver.implicit.equilibrium import Equilibrium
 from solver.implicit.increments import March
 from solver.results import Results
 from solver.sheet import build_sheet
@@ -80,7 +81,8 @@ def in_a_corner(mu, walls):
     tools = [Tool("DIE", walls, friction, force=900.0)]
     stiffness = 2.0e4 * sheet.area
     hood = Neighbourhood(walls, 9)
-    runs = [ToolRun(tools[0], tools[0].unit_axis, 0.0, -1.0, 900.0, stiffness, 0.1 * stiffness, hood)]
+    drive = build_drive(tools[0], sheet, stiffness, None)
+    runs = [ToolRun(tools[0], tools[0].unit_axis, 0.0, -1.0, drive, stiffness, 0.1 * stiffness, hood)]
     old, new = (
         State(new_sheet(sheet.points, 0, len(sheet.elements.point_volume)), {"DIE": new_contact(9, 3)})
         for _ in range(2)

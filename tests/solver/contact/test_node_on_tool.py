@@ -22,15 +22,16 @@ def near_skin(tool, rng, gap):
     return hit.point + (0.4 + gap) * hit.normal
 
 
-def force(tool, x, x_old, move, travel, before, mu, lam=0.0):
+def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None):
     """Contact force (3,), stiffness (3, 3), status and friction of one node of a sheet 0.8 mm thick."""
     hit = tool.project(x - travel)
     one = np.ones(1)
     f, k, tau, n_new = np.zeros((1, 3)), np.zeros((1, 3, 3)), np.zeros((1, 3)), np.zeros((1, 3))
     normal_force, gap, state = np.zeros(1), np.zeros(1), np.zeros(1, np.int64)
     contact_forces(
-        np.zeros(1, np.int64), hit.distance, hit.normal, hit.curvature, hit.direction, 0.4 * one, 1e-12, False,
-        lam * one, KN * one, KT * one, mu, *before, x, x_old, move, f, k, normal_force, tau, n_new, gap, state,
+        np.zeros(1, np.int64), hit.distance, hit.normal, hit.curvature, hit.direction, hit.face, 0.4 * one, 1e-12,
+        False, lam * one, KN * one, KT * one, mu, laws, *before, x, x_old + move, f, k, normal_force, tau, n_new, gap,
+        state,
     )  # fmt: skip
     return f[0], k[0], state[0], tau[0], normal_force[0]
 

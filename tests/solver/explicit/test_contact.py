@@ -49,8 +49,8 @@ def slide(law, mu, speed, pull=0.0, dt=1e-3, steps=400):
         predict(u, v, mass, external, nothing, fixed, nothing, 0.0, dt, dt, 0.0, u_new, v_new)
         distance = (u if law == PENALTY else u_new)[:, 2].copy()
         meet_tool(
-            law, parameter, near, distance, np.array([[0.0, 0.0, 1.0]]), half, mass, free, mu, rest, dt, dt, v, u_new,
-            v_new, gap, force, normal, tau, status, np.zeros(1),
+            law, parameter, near, distance, np.array([[0.0, 0.0, 1.0]]), near, half, mass, free, mu, None, rest, dt, dt,
+            v, u_new, v_new, gap, force, normal, tau, status, np.zeros(1),
         )  # fmt: skip
         u, u_new, v, v_new = u_new, u, v_new, v
         yield u[0].copy(), v[0].copy(), force[0], tau[0].copy()
@@ -90,9 +90,9 @@ def test_a_node_lands_on_the_plane_and_its_impulse_is_its_momentum(law):
     gap, force, tau, status = np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
     lost = np.zeros(1)
     meet_tool(
-        law, 1.0, np.zeros(1, dtype=np.int64), u_new[:, 2].copy(), np.array([[0.0, 0.0, 1.0]]), np.zeros(1),
-        np.array([mass]), np.ones((1, 3)), 0.0, np.zeros(3), dt, dt, v, u_new, v_new, gap, force, np.zeros((1, 3)), tau,
-        status, lost,
+        law, 1.0, np.zeros(1, dtype=np.int64), u_new[:, 2].copy(), np.array([[0.0, 0.0, 1.0]]),
+        np.zeros(1, dtype=np.int64), np.zeros(1), np.array([mass]), np.ones((1, 3)), 0.0, None, np.zeros(3), dt, dt, v,
+        u_new, v_new, gap, force, np.zeros((1, 3)), tau, status, lost,
     )  # fmt: skip
     assert force[0] * dt == pytest.approx(mass * (v_new[0, 2] - v[0, 2]))
     if law == KINEMATIC:
