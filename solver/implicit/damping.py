@@ -3,8 +3,8 @@
 Where a sheet snaps, such as a flange that buckles under a light blank-holder, no equilibrium lies near the last one and
 no increment is small enough. There every node is given a resistance c A du to its movement du over an increment, A its
 tributary area: one step of implicit Euler in viscous motion, which has a solution where c is large enough. A tool
-driven by a force is held back like all nodes together, so that it does not fall where nothing carries it yet. One such
-step goes on with the stroke; more at the same stroke let the resistance fade until equilibrium holds without any.
+driven by a force is held back like all nodes together, so that it does not fall where nothing carries it yet. The
+stroke goes on while the resistance fades from step to step, and waits for equilibrium without any where a frame is due.
 What they dissipate stands in the energies, and the run says at which stroke they were needed.
 """
 

@@ -107,14 +107,11 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         # work_of takes sheet and tools to be in equilibrium: what the resistance holds comes from outside too.
         work["damping"] += lost
         work["external"] += lost
-        if place.damping is None:
-            place = onward(place, width, outcome.iterations, old, new, first, RELIEF if relieving else largest, method)
-        else:
-            damping = damper.after_success(place.damping, outcome.iterations)
-            place = place._replace(
-                damping=damping, width=least if damping is None else 0.0, rate=np.zeros_like(place.rate),
-                rates=dict.fromkeys(place.rates, 0.0),
-            )  # fmt: skip
+        largest_now = RELIEF if relieving else largest
+        if place.damping is None or width > 0.0:
+            place = onward(place, width, outcome.iterations, old, new, first, largest_now, method)
+        if place.damping is not None:
+            place = ease(place, outcome, damper, fraction in (0.0, end) or fraction in stops, least)
         place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
         yield Accepted(place, outcome, cuts, work)
         if place.damping == np.inf:
@@ -132,14 +129,23 @@ def target(place, stops):
 
 
 def retreat(place, width, least, damper, snaps):
-    """The march after an increment that did not converge: a shorter one, then a damped one of the least width, then
-    more damping; without end (inf) where that does not help either."""
+    """The march after an increment that did not converge: a shorter one, then a damped one, then shorter ones with more
+    damping; without end (inf) where that does not help either."""
     if place.damping is not None:
-        return place._replace(damping=damper.after_failure(place.damping))
+        return place._replace(damping=damper.after_failure(place.damping), width=CUT * width)
     if CUT * width >= RESORT * least and not snaps and place.fraction >= 0.0:
         return place._replace(width=CUT * width)
     log.info("no equilibrium nearby: damped increments")
     return place._replace(damping=damper.start(), width=max(CUT * width, least))
+
+
+def ease(place, outcome, damper, at_stop, least):
+    """The march after a damped increment: less damping in the next one, which goes on with the stroke, but not beyond a
+    stop before equilibrium holds without any."""
+    damping = damper.after_success(place.damping, outcome.iterations)
+    if at_stop and damping is not None:
+        return place._replace(damping=damping, width=0.0, rate=0.0 * place.rate, rates=dict.fromkeys(place.rates, 0.0))
+    return place._replace(damping=damping, width=max(place.width, least))
 
 
 def onward(place, width, iterations, old, new, first, largest, method):
