@@ -81,6 +81,9 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
     damper, dragged, cuts = Damper(sheet), 0.0, 0
+    if place.width == 0.0 and place.damping is None:
+        # Resumed where damping was given up: the sheet is still on its way.
+        place = place._replace(damping=damper.start())
     while place.fraction < end or place.damping is not None:
         relieving = place.fraction < 0.0
         least = 0.1 * RELIEF if relieving else first

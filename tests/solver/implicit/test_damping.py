@@ -14,7 +14,11 @@ FULL = 750.0  # N on the quarter at load share 1
 
 
 def pushed(**loads):
-    return form(build(replace(ROOF, loads=loads), "lattice", 0), Implicit(), frames=10)
+    return form(roof(**loads), Implicit(), frames=10)
+
+
+def roof(**loads):
+    return build(replace(ROOF, loads=loads), "lattice", 0)
 
 
 def test_a_roof_snaps_through_and_settles_in_equilibrium():
@@ -38,3 +42,20 @@ def test_a_roof_snaps_through_and_settles_in_equilibrium():
     assert abs(energy["imbalance"]) < 0.05 * energy["external"]
     assert any("snaps" in remark for remark in snapped.remarks())
     assert held.remarks() == []
+
+
+def test_a_run_stopped_while_it_snaps_goes_on_from_there(tmp_path):
+    share, fallen = np.array(ROOF.curve).T
+    scene = roof(forces={"A": (0.0, 0.0, -1.2 * FULL * share[fallen < 15.0].max())})
+    whole = form(scene, frames=10)
+    damped = np.flatnonzero(whole.history["damped"])
+
+    def stop(progress):
+        if progress.increment == damped[-1] + 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        form(scene, save=tmp_path / "roof.pvd", frames=10, watch=stop)
+    rest = form(scene, save=tmp_path / "roof.pvd", frames=10, resume=True)
+    assert rest.finished and not rest.history["damped"][-1]
+    assert rest.frames[-1].points == pytest.approx(whole.frames[-1].points, abs=1e-3 * fallen.max())
