@@ -204,7 +204,7 @@ def test_crease_inside_a_bspline_is_an_edge():
 
 
 def test_a_foot_on_a_sharp_edge_stays_the_nearest_until_a_face_is_below_the_point():
-    """A plate with a hole: at a outside and b above its edge the point may move by the smaller of the two, or by SKIN."""
+    """A plate with a hole: at a outside and b above its edge the point may move by the smaller of the two, or SKIN."""
     hole = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(50.0, 40.0, -1.0), gp_Dir(0, 0, 1)), 10.0, 22.0).Shape()
     surface = part_of(BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(100.0, 80.0, 20.0).Shape(), hole).Shape()).surface()
     a, b = (x.ravel() for x in np.meshgrid([0.01, 0.05, 0.3, 1.0], [0.02, 0.08, 0.5, 1.5]))
