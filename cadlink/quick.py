@@ -110,6 +110,25 @@ def quick_face(face, rim, rasters, pieces, ctrl, p, best, work):
     return code, h, room
 
 
+@njit(forceinline=True, **POINT)
+def room_beyond(face, h, best):
+    """Room of a point at h from a closed form, no point of whose trimmed part is nearer than best.
+
+    On a plane the foot is sqrt(best^2 - h^2) = D away from that part. On a cylinder or sphere with the point at m from
+    the axis or centre, a part at the angle a and z along the axis has 4 m R sin^2(a/2) + z^2 >= D^2, and becomes the
+    foot of points that are sqrt(m^2 sin^2 a + z^2) away: at least D sqrt(3 m / 4 R) up to a = 60 degrees.
+    """
+    if not h < best:
+        return 0.0
+    beyond = sqrt(best * best - h * h)
+    if face.form == PLANE:
+        return beyond
+    if face.form == CYLINDER or face.form == SPHERE:
+        m = max(0.0, face.size[0] - h)
+        return min(beyond * sqrt(0.75 * m / face.size[0]), 0.86 * m)
+    return 0.0
+
+
 @njit(**POINT)
 def place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s, t, derivatives, h, work):
     """IN, UNSURE or OUT of a foot on a patch, and the room where it is out."""
@@ -276,7 +295,9 @@ def quick_search(
         if kind == ON_FACE:
             face, rim = faces[ref], rims[ref]
             code, h, free = quick_face(face, rim, rasters, pieces, ctrl, p, best, work)
-            h = max(h, bound)
+            # Of a foot just outside its trim the room is known once the nearest foot is.
+            excused = code == MISS and h < best and free <= 0.0
+            h = h if excused else max(h, bound)
         elif kind == ON_LEAF:
             leaf = leaves[ref]
             patch, mine = patches[leaf.patch], found[1 - row]
@@ -325,6 +346,9 @@ def quick_search(
     for k in range(n_pending):
         other, bound = int(pending[k, 0]), pending[k, 2]
         free = max(pending[k, 1], 0.5 * (bound - best))
+        if free < room and items[other].kind == ON_FACE and pending[k, 3] == MISS:
+            ref = items[other].ref
+            free = max(free, room_beyond(faces[ref], bound, best - 2.0 * rims[ref].loose))
         if (free < room or free <= 1e-9) and items[other].kind == ON_LEAF:
             leaf = leaves[items[other].ref]
             _, beside, _, _, above = leaf_beside(leaf, p)

@@ -30,7 +30,7 @@ FAR = 127  # cells counted at most
 #   full   whether u, v go all the way round;  wide  whether u, v span more than half a turn
 #   gap    mm, angle  rad: band = gap + angle x distance
 #   first  of its cells in the rasters;  slope  cos and sin of a cone's half angle
-#   group  faces that continue each other smoothly share it
+#   group  faces that continue each other smoothly share it;  loose  mm, the largest slack of any edge or vertex
 RIM = np.dtype(
     [
         ("kind", "i8"),
@@ -42,6 +42,7 @@ RIM = np.dtype(
         ("first", "i8"),
         ("slope", "f8", 2),
         ("group", "i8"),
+        ("loose", "f8"),
     ]
 )
 

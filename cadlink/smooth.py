@@ -31,7 +31,7 @@ def survey_edges(skin):
 
 
 def group_faces(skin, corners):
-    """Fill gap, angle and group of all rims.
+    """Fill gap, angle, group and slack of all rims.
 
     corners : (face, gap of the vertex) of all corners of faces
     """
@@ -54,6 +54,8 @@ def group_faces(skin, corners):
             parent[root(face)] = root(mine[0])
     for face, gap in corners:
         rims["gap"][face] = max(rims["gap"][face], 2.0 * gap)
+    slacks = np.concatenate([skin.edges["slack"], skin.vertices["slack"]])
+    rims["loose"] = slacks.max(initial=0.0)
     rims["group"] = [root(face) for face in range(len(rims))]
     face = skin.patches["face"][skin.leaves["patch"]]
     skin.leaves["sense"], skin.leaves["group"] = skin.faces["sense"][face], rims["group"][face]

@@ -27,7 +27,7 @@ BAND = 2.0  # mm
 SUBSET = 200
 CHORDS = (0.1, 0.01, 0.001)  # mm
 MOVES = 20  # of a walk
-MOST = 3_000_000  # facets: OpenCASCADE's mesh and the trees of all peers take about 2 kB for each
+MOST = 2_000_000  # facets: OpenCASCADE's mesh and the trees of all peers take about 3 kB for each
 FINE = 0.01  # mm: chord of the facets that the exact surface is held against in a sentence
 RING, TUBE = 12.0, 4.0  # mm, radii of the torus
 

@@ -6,8 +6,13 @@ import sys
 
 import numpy as np
 import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
 from cadlink import CadError, ToolSurface
+from cadlink.closest import REACH
+from cadlink.quick import SKIN
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import part_of
 
@@ -196,3 +201,22 @@ def test_crease_inside_a_bspline_is_an_edge():
     hit = surface.project(np.array([[9.9, 10.0, -3.0], [8.0, 10.0, 8.0], [12.0, 10.0, 8.0]]))
     assert (hit.face == 0).all()
     assert hit.curvature[0].max() >= 1e9 or hit.curvature[0].min() <= -1e9
+
+
+def test_a_foot_on_a_sharp_edge_stays_the_nearest_until_a_face_is_below_the_point():
+    """A plate with a hole: at a outside and b above its edge the point may move by the smaller of the two, or SKIN."""
+    hole = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(50.0, 40.0, -1.0), gp_Dir(0, 0, 1)), 10.0, 22.0).Shape()
+    surface = part_of(BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(100.0, 80.0, 20.0).Shape(), hole).Shape()).surface()
+    a, b = (x.ravel() for x in np.meshgrid([0.01, 0.05, 0.3, 1.0], [0.02, 0.08, 0.5, 1.5]))
+    x = np.linspace(5.0, 95.0, len(a))
+    beside = np.column_stack([x, -a, 20.0 + b])
+    angle = np.linspace(0.3, 6.0, len(a))
+    inside = np.column_stack([50.0 + (10.0 - a) * np.cos(angle), 40.0 + (10.0 - a) * np.sin(angle), 20.0 + b])
+    hit = surface.project(beside)
+    assert hit.distance == pytest.approx(np.hypot(a, b), abs=1e-12)
+    assert hit.seed[:, REACH] == pytest.approx(np.minimum(SKIN, np.minimum(a, b)), abs=1e-6)
+    # The same over the rim of the hole.
+    hit = surface.project(inside)
+    assert hit.distance == pytest.approx(np.hypot(a, b), abs=1e-12)
+    assert (hit.seed[:, REACH] > 0.5 * np.minimum(SKIN, np.minimum(a, b))).all()
+    assert (hit.seed[:, REACH] <= np.minimum(SKIN, np.minimum(a, b)) + 1e-9).all()
