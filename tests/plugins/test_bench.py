@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plugins import bench_elements, bench_materials, bench_shell
+from plugins import bench_elements, bench_materials, bench_shell, shell_limits
 
 
 def test_shell_rows_carry_errors_against_the_published_answers(tmp_path):
@@ -29,19 +29,6 @@ def test_a_coarse_curved_shell_does_not_lock():
     assert row["error"] < 0.05
 
 
-# The problems of docs/shell.md that the element meets within a per cent; the others are named there as not met.
-WITHIN_A_PER_CENT = [
-    *(("cantilever", kind) for kind in bench_shell.MESHES),
-    *(("roll-up", kind) for kind in bench_shell.MESHES),
-    *(("annular plate", kind) for kind in bench_shell.MESHES),
-    ("hemisphere", "unstructured"),
-    *(("open cylinder", kind) for kind in bench_shell.MESHES),
-    *(("semi-cylinder", kind) for kind in bench_shell.MESHES),
-    *(("hinged roof", kind) for kind in bench_shell.MESHES),
-    *(("thin hinged roof", kind) for kind in bench_shell.MESHES),
-]
-
-
 def test_no_corner_of_a_mesh_is_one_triangle():
     cells = np.array([[0, 1, 2], [3, 2, 1]])
     assert bench_shell.open_corners(cells).tolist() == [[0, 1, 3], [0, 3, 2]]
@@ -54,10 +41,37 @@ def test_no_corner_of_a_mesh_is_one_triangle():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("problem, kind", WITHIN_A_PER_CENT)
+@pytest.mark.parametrize("kind", bench_shell.MESHES)
+@pytest.mark.parametrize("problem", [name for name in bench_shell.PROBLEMS if name != "pinched cylinder"])
 def test_finest_meshes_are_within_a_per_cent(problem, kind):
     row = bench_shell.measure(problem, kind, 2)
     assert row["error"] < 0.01
+
+
+@pytest.mark.slow
+def test_the_pinched_cylinder_is_within_a_per_cent_of_its_limit():
+    # The published rows are a mesh's of 40 x 40; docs/shell.md has how far they are from where these meshes tend to.
+    done = [bench_shell.measure("pinched cylinder", kind, k) for kind in bench_shell.MESHES for k in (1, 2)]
+    for row in shell_limits.limit_rows(done):
+        for errors in row["errors"].values():
+            assert abs(errors[-1]) < 0.01
+        assert np.mean(list(row["limit"].values())) == pytest.approx(row["published"], rel=0.06)
+
+
+def test_limits_and_orders_are_those_of_what_converges():
+    # Two displacements that tend to 2 and 3 at second order, from either side.
+    def run(kind, k, sign):
+        values = {"u": (2.0 + sign * 0.1 / 4**k, 2.01, 0.0), "w": (3.0 - sign * 0.01 / 4**k, 3.0, 0.0)}
+        return {"problem": "p", "mesh": kind, "cells": 8 * 2**k, "values": values}
+
+    done = [run(kind, k, sign) for kind, sign in (("a", 1), ("b", -1)) for k in range(3)]
+    u, w = shell_limits.limit_rows([*done, {"problem": "p", "mesh": "a", "failed": "no"}])
+    assert u["limit"] == pytest.approx({"a": 2.0, "b": 2.0}) and w["limit"]["a"] == pytest.approx(3.0)
+    assert u["errors"]["a"] == pytest.approx([0.05, 0.0125, 0.003125])
+    assert u["order"] == pytest.approx({"a": 2.0, "b": 2.0}) == w["order"]
+    assert shell_limits.line_of(u)[2:6] == ["2.01", "2", "0.00", "-0.50"]
+    # One mesh of a kind has no limit.
+    assert list(shell_limits.limit_rows(done[:1])) == []
 
 
 def test_an_unknown_problem_is_one_line():
