@@ -215,9 +215,8 @@ def plot(done, png):
             nodes = [row["nodes"] for row in mine]
             errors = [row["error"] for row in mine], largest.get((name, kind), [])
             for axis, error in zip(axes[:, column], errors, strict=True):
-                axis.loglog(
-                    nodes[-len(error) :], 100.0 * np.array(error), "o-", color=f"C{k}", label=name, markersize=4
-                )
+                done_with = nodes[len(nodes) - len(error) :]
+                axis.loglog(done_with, 100.0 * np.array(error), "o-", color=f"C{k}", label=name, markersize=4)
         for axis, what in zip(
             axes[:, column], ("from the published rows", "from the limit, at the full load"), strict=True
         ):

@@ -1,7 +1,7 @@
 """How the functions inside kernels are compiled.
 
 Only kernels are called from Python. The functions in them need no entry from there, and without one numba makes no
-machine code of each by itself: a third of the compilation of a material law.
+machine code of each by itself: a tenth of the compilation of a material law.
 """
 
 INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
