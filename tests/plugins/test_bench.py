@@ -1,9 +1,15 @@
 """The benchmarks of `cadlink bench` that need no CAD file."""
 
+from dataclasses import replace
+from itertools import islice
+
 import numpy as np
 import pytest
 
 from plugins import bench_elements, bench_materials, bench_shell, shell_limits
+from plugins.arc_length import follow
+from plugins.shell_problems import PROBLEMS
+from solver import Implicit
 
 
 def test_shell_rows_carry_errors_against_the_published_answers(tmp_path):
@@ -49,13 +55,27 @@ def test_finest_meshes_are_within_a_per_cent(problem, kind):
 
 
 @pytest.mark.slow
-def test_the_pinched_cylinder_is_within_a_per_cent_of_its_limit():
-    # The published rows are a mesh's of 40 x 40; docs/shell.md has how far they are from where these meshes tend to.
-    done = [bench_shell.measure("pinched cylinder", kind, k) for kind in bench_shell.MESHES for k in (1, 2)]
-    for row in shell_limits.limit_rows(done):
-        for errors in row["errors"].values():
-            assert abs(errors[-1]) < 0.01
-        assert np.mean(list(row["limit"].values())) == pytest.approx(row["published"], rel=0.06)
+def test_the_pinched_cylinder_is_the_same_on_both_kinds_of_mesh():
+    # Not within a per cent of the published rows, a mesh's of 40 x 40: see docs/shell.md.
+    values = [bench_shell.measure("pinched cylinder", kind, 2)["values"] for kind in bench_shell.MESHES]
+    for probe, tolerance in (("A", 0.01), ("B", 0.02)):
+        assert values[0][probe][0] == pytest.approx(values[1][probe][0], rel=tolerance)
+
+
+def test_the_pinched_cylinder_in_linear_theory(monkeypatch):
+    # w E t/P = 164.24 under the load (Lindberg et al. 1969). Nodes spread by squares from the load, where a uniform
+    # mesh gives way too much.
+    def towards_the_load(case, refinement):
+        s, t, cells = bench_shell.lattice(replace(case, cells=((32, 32),)), 0)
+        return s**2, t**2, cells
+
+    case = PROBLEMS["pinched cylinder"]
+    monkeypatch.setitem(bench_shell.MESHES, "lattice", towards_the_load)
+    scene = bench_shell.build(case, "lattice", 0)
+    _, (load, places, _) = islice(follow(scene, Implicit(), np.inf, loaded=True, first=1e-6), 2)
+    loaded = scene.blank.nodes_of("A")[0]
+    w = (scene.blank.mesh.points - places)[loaded, 2]
+    assert w * case.young * case.thickness / (12000.0 * load) == pytest.approx(164.24, rel=0.01)
 
 
 def test_limits_and_orders_are_those_of_what_converges():
