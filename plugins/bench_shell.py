@@ -133,7 +133,7 @@ def distances(path, curve):
 
 
 def measure(name, kind, refinement):
-    """Run one problem. Returns a row: problem, mesh, refinement, nodes, values {probe: (found, published, error)} at
+    """Run one problem. Returns a row: problem, mesh, cells along s, nodes, values {probe: (found, published, error)} at
     the full load, off {probe: distance of the curves}, error: the largest of them, iterations, seconds of CPU time."""
     case = PROBLEMS[name]
     scene = build(case, kind, refinement)
@@ -144,7 +144,7 @@ def measure(name, kind, refinement):
     values = {probe: (v, r, v / r - 1.0) for probe, (v, r) in zip(case.probes, ends, strict=True)}
     off = dict(zip(case.probes, distances(path, case.curve).tolist(), strict=True))
     return {
-        "problem": name, "mesh": kind, "refinement": refinement, "nodes": len(scene.blank.mesh.points),
+        "problem": name, "mesh": kind, "cells": case.cells[refinement][0], "nodes": len(scene.blank.mesh.points),
         "values": values, "off": off,
         "error": max(*off.values(), *(abs(e) for _, _, e in values.values())),
         "iterations": iterations, "seconds": seconds,
@@ -171,13 +171,14 @@ def rows(names=None, refinements=(0, 1, 2)):
                 try:
                     yield measure(name, kind, refinement)
                 except StepFailed as failure:
-                    yield {"problem": name, "mesh": kind, "refinement": refinement, "failed": str(failure)}
+                    cells = PROBLEMS[name].cells[refinement][0]
+                    yield {"problem": name, "mesh": kind, "cells": cells, "failed": str(failure)}
 
 
 def line_of(row):
     """A row as texts: problem, mesh, nodes, errors in per cent, Newton iterations, seconds."""
     if "failed" in row:
-        return [row["problem"], row["mesh"], "", row["failed"], "", "", ""]
+        return [row["problem"], row["mesh"], "", f"{row['cells']} cells a side: {row['failed']}", "", "", ""]
     errors = ", ".join(f"{probe} {100.0 * error:+.2f}" for probe, (_, _, error) in row["values"].items())
     off = f"{100.0 * max(row['off'].values()):.2f}"
     return [
@@ -214,9 +215,8 @@ def plot(done, png):
             nodes = [row["nodes"] for row in mine]
             errors = [row["error"] for row in mine], largest.get((name, kind), [])
             for axis, error in zip(axes[:, column], errors, strict=True):
-                axis.loglog(
-                    nodes[-len(error) :], 100.0 * np.array(error), "o-", color=f"C{k}", label=name, markersize=4
-                )
+                done_with = nodes[len(nodes) - len(error) :]
+                axis.loglog(done_with, 100.0 * np.array(error), "o-", color=f"C{k}", label=name, markersize=4)
         for axis, what in zip(
             axes[:, column], ("from the published rows", "from the limit, at the full load"), strict=True
         ):

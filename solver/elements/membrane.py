@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..kernels import POINT
+
 
 class Membranes(NamedTuple):
     """What does not change: cells (m, 3), gradients (m, 3, 2) 1/mm, area (m,) mm^2, volume (m,) mm^3,
@@ -54,7 +56,7 @@ def build_membranes(points, cells, thickness, rolling):
     )
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def tangent_vectors(x, nodes, g, a):
     """Fills a (2, 3) with the current tangent vectors of one triangle."""
     for b in range(2):

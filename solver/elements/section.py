@@ -10,15 +10,17 @@ initial length.
 
 from numba import njit, prange
 
+from ..kernels import POINT
 
-@njit(forceinline=True)
+
+@njit(**POINT)
 def mixed(k1, k2, k3, a11, a22, a12):
     """A k as 11, 12, 21, 22, from a curvature [11, 22, 2*12] and an inverse metric A."""
     k12 = 0.5 * k3
     return a11 * k1 + a12 * k12, a11 * k12 + a12 * k2, a12 * k1 + a22 * k12, a12 * k12 + a22 * k2
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def third_form(k1, k2, k3, a11, a22, a12):
     """[c11, c22, 2 c12] of c = k A k, k = [11, 22, 2*12]."""
     b11, b12, b21, b22 = mixed(k1, k2, k3, a11, a22, a12)
@@ -83,13 +85,13 @@ def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
         result[tri, 5] = moment3 + 0.5 * (second1 * b21 + second2 * b12 + second3 * (b11 + b22))
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def third_form_row(c1, c2, c3, b11, b12, b21, b22):
     """Row c (3,) times H = J/2, where A k = b."""
     return c1 * b11 + c3 * b12, c2 * b22 + c3 * b21, 0.5 * (c1 * b21 + c2 * b12 + c3 * (b11 + b22))
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def section_stiffness(s, ds_de, first, kappa, inverse, tri, height, weight, stretch, thickness, power, d):
     """Fills d (6, 6): derivative of the resultants with respect to [E, k] of one triangle; power : (5, 3, 3) room.
 

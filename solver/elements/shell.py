@@ -24,24 +24,25 @@ from math import sqrt
 
 from numba import njit, prange
 
+from ..kernels import POINT
 from .patches import SHARED
 from .vectors import cross, dot, minus, plus, scaled
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def place(u, node):
     """Place of a node."""
     return u[node, 0], u[node, 1], u[node, 2]
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def mirrored(x, planes, image):
     """Reflection of x at a plane."""
     normal = planes[image, 0], planes[image, 1], planes[image, 2]
     return plus(x, 2.0 * (planes[image, 3] - dot(normal, x)), normal)
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def tangent_vectors(u, slots, linear, tri):
     """Nodes x0, x1 - x0, x2 - x0 of a triangle, and a_1, a_2."""
     x0 = place(u, slots[tri, 0])
@@ -51,7 +52,7 @@ def tangent_vectors(u, slots, linear, tri):
     return x0, e1, e2, a1, a2
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def inverse_and_normal(a1, a2):
     """A11, A22, A12 of the inverse metric, and the unit normal."""
     across = cross(a1, a2)
@@ -59,7 +60,7 @@ def inverse_and_normal(a1, a2):
     return dot(a2, a2) * d, dot(a1, a1) * d, -dot(a1, a2) * d, scaled(sqrt(d), across)
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2):
     """d of side i: of the apex across, from where the triangle goes on."""
     x = place(u, slots[tri, 3 + i])

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..kernels import POINT
 from .patches import SHARED
 from .section import section_stiffness
 from .shell import apex_offset, inverse_and_normal, tangent_vectors
@@ -39,7 +40,7 @@ class Scratch(NamedTuple):
     power: np.ndarray
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def new_scratch():
     """Scratch of one chunk."""
     return Scratch(
@@ -48,7 +49,7 @@ def new_scratch():
     )  # fmt: skip
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def add(row, node, w, vector):
     """row += w vector at a node."""
     row[3 * node] += w * vector[0]
@@ -56,7 +57,7 @@ def add(row, node, w, vector):
     row[3 * node + 2] += w * vector[2]
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def turns_stiffness(section, linear, tri, sides):
     """Fills sides (6, 6) with the stiffness (6, 6) by [E, t] from that by [E, k], k_v = T_vi t_i."""
     for i in range(3):
@@ -75,7 +76,7 @@ def turns_stiffness(section, linear, tri, sides):
             sides[3 + j, 3 + i] = -2.0 * (m1 * l1 * l1 + m2 * l2 * l2 + 2.0 * m3 * l1 * l2)
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def fill_rows(u, slots, linear, area, beyond, image, planes, result, tri, work):
     """Fills the rows U, those V that come from the moments, and the normal forces' spread, of one triangle."""
     left, right, spread = work.left, work.right, work.spread
@@ -186,7 +187,7 @@ def shell_stiffnesses(
             reflect(image, planes, tri, stiffness[tri])
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def multiply_rows(size, lever, tri, work, k_tri):
     """Fills k_tri (21, 21) with the symmetric part of U' V, and with the slopes'."""
     left, right = work.left, work.right
@@ -219,7 +220,7 @@ def multiply_rows(size, lever, tri, work, k_tri):
             k_tri[q, p] = k_tri[p, q]
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def spread_normal_forces(linear, beyond, tri, spread, k_tri):
     """Adds the normal forces' part to k_tri (21, 21): of a_1, a_2, d_i as nodes move, on the nodes."""
     for k in range(3):
@@ -235,7 +236,7 @@ def spread_normal_forces(linear, beyond, tri, spread, k_tri):
                 k_tri[9 + 3 * i + c, 3 * q + c] += spread[2 + i, q]
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def reflect(image, planes, tri, k_tri):
     """A mirror image moves as its original, reflected."""
     for i in range(3):

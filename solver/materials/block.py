@@ -13,6 +13,7 @@ from math import log
 
 from numba import njit
 
+from ..kernels import INNER, POINT
 from .logarithmic_strain import (
     NEAR,
     invariants,
@@ -32,13 +33,13 @@ M, D, S, GROWN, V, F0, F1, F2, UU, LOG = (BLOCK * i for i in range(24, 34))
 SHARED = 34  # fields; a law's own follow
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def n_blocks(n_points):
     """Blocks of n points."""
     return (n_points + BLOCK - 1) // BLOCK
 
 
-@njit(error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def block_strains(metric, w):
     """Fills H and G of a block. metric : (n, 3) C11 C22 C12"""
     n, far = metric.shape[0], 0
@@ -63,7 +64,7 @@ def block_strains(metric, w):
         w[G23 + p], w[G31 + p], w[G32 + p], w[G33 + p] = g[5], g[6], g[7], g[8]
 
 
-@njit(error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def block_pull_back(w, second_stress, tangent):
     """Fills second_stress S (n, 3) = G^T T and, where it is not empty, tangent (n, 3, 3) = dS/dE, from a block."""
     n = second_stress.shape[0]
@@ -101,7 +102,7 @@ def block_pull_back(w, second_stress, tangent):
             tangent[p, 2, j] += g13 * a1 + g23 * a2 + g33 * a3
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def take_stiffness(w, p, c):
     """Puts C (3, 3) of one point into its block."""
     w[C11 + p], w[C12 + p], w[C13 + p] = c[0, 0], c[0, 1], c[0, 2]

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import POINT
 from .dispatch import POINTS
 from .hardening import tabulate, yield_stress
 from .isotropic import begin_nothing
@@ -70,7 +71,7 @@ class ChabocheData(NamedTuple):
     terms: np.ndarray
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def chaboche_backstress(data, past, alpha):
     alpha[:] = 0.0
     for t in range(data.terms.shape[0]):
@@ -78,7 +79,7 @@ def chaboche_backstress(data, past, alpha):
             alpha[i] += past[3 * t + i]
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def relax(c, gamma, dg):
     """What is left of a backstress, and what the increment adds along m [MPa]."""
     if gamma * dg < 1e-12:
@@ -86,7 +87,7 @@ def relax(c, gamma, dg):
     return exp(-gamma * dg), -c * expm1(-gamma * dg) / gamma
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def harden_chaboche(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
     alpha[:] = 0.0
     alpha_g[:] = 0.0
@@ -101,7 +102,7 @@ def harden_chaboche(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, a
     return yield_stress(ep + dg, data.table)
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def remember_chaboche(data, shape, ep, past, begun, dg, m, n, h, now, work):
     for t in range(data.terms.shape[0]):
         left, added = relax(data.terms[t, 0], data.terms[t, 1], dg)

@@ -22,6 +22,8 @@ from typing import Any
 
 from numba.extending import overload
 
+from ..kernels import POINT
+
 POINTS = {}  # {(name, type of the data): point function}
 
 
@@ -40,7 +42,7 @@ def harden(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, w
 def remember(data, shape, ep, past, begun, dg, m, n, h, now, work) -> Any: ...
 
 
-@overload(locus)
+@overload(locus, jit_options=POINT)
 def _locus(data, x, n, h):
     point = POINTS["locus", data.instance_class]
 
@@ -50,7 +52,7 @@ def _locus(data, x, n, h):
     return chosen
 
 
-@overload(backstress)
+@overload(backstress, jit_options=POINT)
 def _backstress(data, past, alpha):
     point = POINTS["backstress", data.instance_class]
 
@@ -60,7 +62,7 @@ def _backstress(data, past, alpha):
     return chosen
 
 
-@overload(begin)
+@overload(begin, jit_options=POINT)
 def _begin(data, shape, past, m, n, h):
     point = POINTS["begin", data.instance_class]
 
@@ -70,7 +72,7 @@ def _begin(data, shape, past, m, n, h):
     return chosen
 
 
-@overload(harden)
+@overload(harden, jit_options=POINT)
 def _harden(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
     point = POINTS["harden", data.instance_class]
 
@@ -80,7 +82,7 @@ def _harden(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, 
     return chosen
 
 
-@overload(remember)
+@overload(remember, jit_options=POINT)
 def _remember(data, shape, ep, past, begun, dg, m, n, h, now, work):
     point = POINTS["remember", data.instance_class]
 

@@ -20,6 +20,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import POINT
 from .dispatch import POINTS
 
 
@@ -68,7 +69,7 @@ class Hill90Data(NamedTuple):
     size: float
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def hill90_locus(data, x, n, h):
     """Point function of the general return map (`dispatch.locus`)."""
     m, k, a, b = data.m, data.k, data.a, data.b

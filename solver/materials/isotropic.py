@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ..kernels import POINT
 from .dispatch import POINTS
 from .hardening import yield_stress
 
@@ -15,17 +16,17 @@ class CurveData(NamedTuple):
     table: np.ndarray
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def no_backstress(data, past, alpha):
     alpha[:] = 0.0
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def begin_nothing(data, shape, past, m, n, h):
     return 0.0
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def harden_by_curve(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
     alpha[:] = 0.0
     alpha_g[:] = 0.0
@@ -33,7 +34,7 @@ def harden_by_curve(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, a
     return yield_stress(ep + dg, data.table)
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def remember_nothing(data, shape, ep, past, begun, dg, m, n, h, now, work):
     pass
 

@@ -12,10 +12,12 @@ from math import atanh, sqrt
 
 from numba import njit
 
+from ..kernels import POINT
+
 NEAR, N_SERIES = 0.1, 17  # v^17 is below round-off
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def invariants(c11, c22, c12):
     """m, d, s, grown of a metric."""
     y1, y2 = 0.5 * (c11 - 1.0), 0.5 * (c22 - 1.0)
@@ -23,7 +25,7 @@ def invariants(c11, c22, c12):
     return 1.0 + a, d, s, a * (2.0 + a) - (d * d + s * s)
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def phi_series(v):
     """Phi and its first derivative."""
     f0 = f1 = 0.0
@@ -33,7 +35,7 @@ def phi_series(v):
     return f0 * v + 1.0, f1
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def phi_series_second(v):
     """Second derivative of Phi."""
     f2 = 0.0
@@ -42,7 +44,7 @@ def phi_series_second(v):
     return f2
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def phi_closed(v):
     """Phi and its first two derivatives, from `NEAR` on."""
     root, steep = sqrt(v), 1.0 / (1.0 - v)
@@ -51,14 +53,14 @@ def phi_closed(v):
     return f0, f1, (0.5 * (steep * steep - f1) - f1) / v
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def log_strain(m, d, s, log_det, f0):
     """[H11, H22, 2 H12]."""
     p, q = 0.25 * log_det, 0.5 * f0 / m
     return p + q * d, p - q * d, 2.0 * q * s
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def log_strain_gradient(m, d, s, grown, f0, f1):
     """dH_k/dy_j, row by row."""
     over, half = 1.0 / (1.0 + grown), 0.5 / m
@@ -72,7 +74,7 @@ def log_strain_gradient(m, d, s, grown, f0, f1):
     return am + ad, am - ad, ps + qs * d, bm + bd, bm - bd, ps - qs * d, cm + cd, cm - cd, 2.0 * (qs * s + q)
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def log_strain_second(m, d, s, grown, f1, f2, t1, t2, t3):
     """t_k d2H_k/dy_i dy_j for a stress t: 11, 22, 33, 12, 13, 23."""
     over, half = 1.0 / (1.0 + grown), 0.5 / m

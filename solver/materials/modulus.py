@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import POINT
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Elastic(NamedTuple):
     xi: float
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def young_at(elastic, ep):
     """Young's modulus after a plastic strain [MPa], and its slope."""
     if elastic.lost == 0.0:

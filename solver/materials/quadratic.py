@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import POINT
 from .dispatch import POINTS
 
 
@@ -79,7 +80,7 @@ class QuadraticData(NamedTuple):
     matrix: np.ndarray
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def quadratic_locus(data, x, n, h):
     """Point function of the general return map (`dispatch.locus`)."""
     p = data.matrix

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import POINT
 
 
 class RateData(NamedTuple):
@@ -74,7 +75,7 @@ def rate_data(rate, dt):
     return rate.data(float(dt))
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def rate_factor(dg, rate):
     """Factor on the yield stress and its derivative with respect to dg."""
     if rate.inverse_dt == 0.0:

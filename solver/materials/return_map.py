@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..kernels import INNER, POINT
 from .block import (
     BLOCK,
     H1,
@@ -63,7 +64,7 @@ class Scratch(NamedTuple):
     stiffness: np.ndarray  # (3, 3) dT/dH
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def new_scratch():
     """Scratch of one thread."""
     v, a = np.zeros((11, 3)), np.zeros((6, 3, 3))
@@ -73,7 +74,7 @@ def new_scratch():
     )  # fmt: skip
 
 
-@njit(forceinline=True, _nrt=False)
+@njit(**POINT, _nrt=False)
 def invert(a, inverse):
     """Inverse of a 3 x 3 matrix."""
     c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
@@ -89,7 +90,7 @@ def invert(a, inverse):
     inverse[2, 2] = (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]) * d
 
 
-@njit(forceinline=True, _nrt=False)
+@njit(**POINT, _nrt=False)
 def linearise(k, dg, phi, young, young_slope, nu):
     """Fills jacobian = dr/dx, its inverse and b = dr/ddg."""
     # dm/dx = (1 - m n^T)/phi
@@ -116,7 +117,7 @@ def linearise(k, dg, phi, young, young_slope, nu):
 
 
 # Without counting references to arrays, all of which outlive the call: that took 1.5 us of 2.6 us per Yld2000 point.
-@njit(_nrt=False)
+@njit(**INNER, _nrt=False)
 def newton(shape, hardening, rate, elastic, e, ep, past, begun, dg, k):
     """Solve for x (in k.x) and dg from a guess. Returns whether it converged, dg and the slope of the size.
 
@@ -181,7 +182,7 @@ def newton(shape, hardening, rate, elastic, e, ep, past, begun, dg, k):
     return False, base, 0.0
 
 
-@njit(forceinline=True, _nrt=False)
+@njit(**POINT, _nrt=False)
 def return_point(shape, hardening, rate, elastic, ep, past, k):
     """Stress of one point whose trial strain is k.e. Returns dg (0: elastic, NaN: no solution), size slope.
 
@@ -241,7 +242,7 @@ def return_point(shape, hardening, rate, elastic, ep, past, k):
                 return np.nan, slope, begun
 
 
-@njit(forceinline=True, _nrt=False)
+@njit(**POINT, _nrt=False)
 def stiffness_of(k, dg, slope, young, young_slope, nu):
     """Fills k.stiffness = dT/dH at the solution."""
     c = young / (1.0 - nu * nu)
@@ -276,7 +277,7 @@ def stiffness_of(k, dg, slope, young, young_slope, nu):
                 k.stiffness[i, j] += loss * (k.x[i] + k.alpha[i]) * k.r[j]
 
 
-@njit(error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def return_block(w, hp_old, ep_old, past, shape, hardening, rate, elastic, strain, hp, ep, now, stress,
     thickness_strain, wanted,
 ):  # fmt: skip

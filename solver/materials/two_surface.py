@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import INNER, POINT
 from .dispatch import POINTS
 from .hardening import tabulate, yield_stress
 
@@ -89,13 +90,13 @@ class TwoSurfaceData(NamedTuple):
     power: float
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def two_surface_backstress(data, past, alpha):
     for i in range(3):
         alpha[i] = past[ALPHA + i]
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def distance_between(data, outer, past, n):
     """delta: n . m = 1, so that n . v = Y - s_y - n . alpha; never negative, the inner surface lies inside."""
     along = n[0] * past[ALPHA] + n[1] * past[ALPHA + 1] + n[2] * past[ALPHA + 2]
@@ -103,7 +104,7 @@ def distance_between(data, outer, past, n):
     return delta if delta > 1e-12 * data.sy else 0.0
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def begin_two_surface(data, shape, past, m, n, h):
     """1 where loading starts anew, else 0."""
     outer, _ = yield_stress(past[GROWN], data.table)
@@ -111,7 +112,7 @@ def begin_two_surface(data, shape, past, m, n, h):
     return 1.0 if turned <= 0.0 or distance_between(data, outer, past, n) > past[START] else 0.0
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def modulus(x, flat, data):
     """E_p at delta = x delta_0 [MPa]."""
     if data.power == 2.0:  # twenty times for each guess of delta: pow would take most of the time
@@ -119,7 +120,7 @@ def modulus(x, flat, data):
     return flat + data.h0 * max(x, 0.0) ** data.power
 
 
-@njit
+@njit(**INNER)
 def strain_between(data, flat, begin, end):
     """Plastic strain in which delta falls from begin to end, both in delta_0, over delta_0/MPa."""
     total = 0.0
@@ -128,7 +129,7 @@ def strain_between(data, flat, begin, end):
     return (begin - end) * total
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def approach(data, flat, begin, strain):
     """Where delta, in delta_0, ends after a strain over delta_0/MPa; it is known not to reach 0.
 
@@ -144,7 +145,7 @@ def approach(data, flat, begin, strain):
     return x
 
 
-@njit
+@njit(**INNER)
 def follow(data, past, begun, dg, n):
     """Scalars of an increment: outer size Y before, delta, delta_0; the share of delta left, -1 where they touched,
     with its derivatives with respect to dg and delta; the outer surface's growth in strain; Y and Y' after."""
@@ -171,7 +172,7 @@ def follow(data, past, begun, dg, n):
     return outer, delta, start, left, left_g, left_d, grown, grown_d, after, slope_after
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def harden_two_surface(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
     outer, _, _, left, left_g, left_d, _, grown_d, after, slope_after = follow(data, past, begun, dg, n)
     for i in range(3):
@@ -195,7 +196,7 @@ def harden_two_surface(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g
     return data.sy, 0.0
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def remember_two_surface(data, shape, ep, past, begun, dg, m, n, h, now, work):
     outer, _, start, left, _, _, grown, _, after, _ = follow(data, past, begun, dg, n)
     for j in range(3):

@@ -23,6 +23,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import INNER, POINT
 from .dispatch import POINTS
 
 N_DIRECTIONS = 9  # at most
@@ -94,39 +95,39 @@ class VegterData(NamedTuple):
     rb: float
 
 
-@njit(forceinline=True)
-def sum_series(series, row, c, s):
+@njit(**POINT)
+def sum_series(series, c, s):
     """A cosine series at psi, given cos psi and sin psi, with its first two derivatives."""
-    value, first, second = series[row, 0], 0.0, 0.0
+    value, first, second = series[0], 0.0, 0.0
     ck, sk = 1.0, 0.0
-    for k in range(1, series.shape[1]):
+    for k in range(1, series.shape[0]):
         ck, sk = ck * c - sk * s, sk * c + ck * s
-        value += series[row, k] * ck
-        first -= k * series[row, k] * sk
-        second -= k * k * series[row, k] * ck
+        value += series[k] * ck
+        first -= k * series[k] * sk
+        second -= k * k * series[k] * ck
     return value, first, second
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def meet(a1, a2, c1, c2, at_a, at_c):
     """Point whose products with the normals a and c are at_a and at_c."""
     d = a1 * c2 - a2 * c1
     return (at_a * c2 - at_c * a2) / d, (a1 * at_c - c1 * at_a) / d
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def blend(u, a, b, c):
     """Bezier curve."""
     return (1.0 - u) * (1.0 - u) * a + 2.0 * u * (1.0 - u) * b + u * u * c
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def blend_slope(u, a, b, c):
     """Its derivative with respect to u."""
     return 2.0 * ((1.0 - u) * (b - a) + u * (c - b))
 
 
-@njit
+@njit(**INNER)
 def vegter_principal(data, s1, s2, c, s):
     """F and its derivatives F1 F2 Fp F11 F12 F22 F1p F2p Fpp, p for psi, at s1 >= |s2|."""
     rb, fb = data.rb, data.fb
@@ -135,22 +136,22 @@ def vegter_principal(data, s1, s2, c, s):
     n1, n2, n1d, n2d, n1e, n2e = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     m1, m2, m1d, m2d, m1e, m2e = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     c1 = c2 = c1d = c2d = c1e = c2e = 0.0
-    p1, p1d, p1e = sum_series(data.series, 3, c, s)
-    p2, p2d, p2e = sum_series(data.series, 4, c, s)
+    p1, p1d, p1e = sum_series(data.series[3], c, s)
+    p2, p2d, p2e = sum_series(data.series[4], c, s)
     if s2 * p1 > s1 * p2:  # plane strain to equibiaxial
         a1, a1d, a1e, a2, a2d, a2e = p1, p1d, p1e, p2, p2d, p2e
         c1 = c2 = fb
         m1, m1d, m1e = (1.0 + rb) + (1.0 - rb) * c, -(1.0 - rb) * s, -(1.0 - rb) * c
         m2, m2d, m2e = (1.0 + rb) - (1.0 - rb) * c, (1.0 - rb) * s, (1.0 - rb) * c
     else:
-        w, wd, we = sum_series(data.series, 2, c, s)
-        fu, fud, fue = sum_series(data.series, 1, c, s)
+        w, wd, we = sum_series(data.series[2], c, s)
+        fu, fud, fue = sum_series(data.series[1], c, s)
         if s2 > 0.0:  # uniaxial to plane strain
             a1, a1d, a1e = fu, fud, fue
             n2, n2d, n2e = -w, -wd, -we
             c1, c1d, c1e, c2, c2d, c2e = p1, p1d, p1e, p2, p2d, p2e
         else:  # shear to uniaxial
-            a1, a1d, a1e = sum_series(data.series, 0, c, s)
+            a1, a1d, a1e = sum_series(data.series[0], c, s)
             a2, a2d, a2e = -a1, -a1d, -a1e
             n2 = -1.0
             c1, c1d, c1e = fu, fud, fue
@@ -195,7 +196,7 @@ def vegter_principal(data, s1, s2, c, s):
     return f, g1, g2, -f * kappa, g1u * u1, cross, g2u * u2, g1u * up + g1d, g2u * up + g2d, fpp
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def vegter_locus(data, x, n, h):
     """Point function of the general return map (`dispatch.locus`)."""
     sign = 1.0 if x[0] + x[1] >= 0.0 else -1.0

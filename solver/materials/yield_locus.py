@@ -3,7 +3,7 @@
 import warnings
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from . import hill90, quadratic, vegter, yld2000
 from .dispatch import locus
@@ -11,10 +11,10 @@ from .dispatch import locus
 LOCI = (quadratic.Quadratic, vegter.Vegter, yld2000.Yld2000, hill90.Hill90)
 
 
-@njit(parallel=True, cache=True)
+@njit(cache=True)
 def evaluate(data, stress, phi, gradient, curvature):
     """Fills phi (n,), gradient (n, 3), curvature (n, 3, 3) of a locus at stress (n, 3)."""
-    for p in prange(stress.shape[0]):
+    for p in range(stress.shape[0]):
         phi[p] = locus(data, stress[p], gradient[p], curvature[p])
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import POINT
 from .dispatch import POINTS
 
 
@@ -80,7 +81,7 @@ class Yld2000Data(NamedTuple):
     a: float
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def yld2000_locus(data, x, n, h):
     """Point function of the general return map (`dispatch.locus`)."""
     f, a = data.forms, data.a

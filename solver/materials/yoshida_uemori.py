@@ -22,6 +22,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
+from ..kernels import INNER, POINT
 from .dispatch import POINTS, locus
 from .isotropic import begin_nothing
 
@@ -76,13 +77,13 @@ class YoshidaUemoriData(NamedTuple):
     h: float
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def yu_backstress(data, past, alpha):
     for i in range(3):
         alpha[i] = past[THETA + i] + past[BETA + i]
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m):
     """Bounding surface after dg: fills beta, its derivative beta_g and r_m = dR/dm, all (3,).
 
@@ -130,7 +131,7 @@ def grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m):
     return data.R_sat - rest, r_g, added, distance
 
 
-@njit
+@njit(**INNER)
 def follow_bound(data, shape, past, dg, r, r_g, r_m, m, k_m, j_m, work):
     """theta = K theta_old + J m after dg, while R goes straight from its old value to r(dg, m).
 
@@ -193,7 +194,7 @@ def follow_bound(data, shape, past, dg, r, r_g, r_m, m, k_m, j_m, work):
     return k, j, k_g, j_g
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def harden_yu(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m, work):
     beta, beta_g, r_m, k_m, j_m = work[6, 0], work[6, 1], work[6, 2], work[5, 0], work[5, 1]
     r, r_g, spread, _ = grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m)
@@ -207,7 +208,7 @@ def harden_yu(data, shape, ep, past, begun, dg, m, n, h, alpha, alpha_g, alpha_m
     return data.Y, 0.0
 
 
-@njit(forceinline=True)
+@njit(**POINT)
 def remember_yu(data, shape, ep, past, begun, dg, m, n, h, now, work):
     beta, beta_g, r_m, k_m, j_m = work[6, 0], work[6, 1], work[6, 2], work[5, 0], work[5, 1]
     r, _, _, distance = grow_bound(data, shape, past, dg, m, work, beta, beta_g, r_m)
