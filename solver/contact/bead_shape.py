@@ -14,6 +14,9 @@ pull over each wrap (Swift's and Weidemann's chain, Sheet Metal Industries 55, 1
 
 With the centres of bead and shoulder s = width / 2 + R_g apart sideways and S - depth in height, S = R_b + R_g + t, the
 leg between them is tangent to both rounds where s sin(theta) + (S - depth) cos(theta) = S.
+
+The sheet is taken to follow every round at its full curvature, so that the restraint hardly knows the depth: an upper
+bound. A strip of shells drawn through the same bead took 59 % of it at a wrap of 37 degrees, 70 % at 70.
 """
 
 from dataclasses import dataclass
@@ -62,7 +65,7 @@ class RoundBead:
         return theta
 
     def forces(self, material, thickness, mu, direction=0.0):
-        """Restraint and uplift [N/mm].
+        """Restraint and uplift [N/mm], upper bounds.
 
         material : Material; thickness : mm; mu : coefficient of friction; direction : of drawing, angle to the rolling
         direction [rad]

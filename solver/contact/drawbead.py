@@ -32,7 +32,7 @@ class Drawbead:
 
     curve : (k, 3) mm, its corners, as a CAD edge or the scene gives them
     restraint : N/mm, force per length across the curve at which the sheet is drawn through; RoundBead(...).forces()
-        computes it, and the uplift, from the bead's shape
+        bounds it, and the uplift, from the bead's shape
     uplift : N/mm, force per length that opens the tools
     holder : name of the tool borne by a force or spring that the uplift pushes back, or None
     axis : direction in which the curve is projected onto the sheet
