@@ -99,6 +99,29 @@ def test_every_random_trial_state_returns_to_the_yield_surface(locus, law):
     check_random_states(locus, law, 10_000)
 
 
+@pytest.mark.parametrize("locus, law", QUICK, ids=NAMES)
+def test_a_release_is_elastic_and_so_is_its_tangent(locus, law):
+    # From flowing states 2 % back into the yield surface: the answer of a sheet that never yields, with the same
+    # plastic strain.
+    material, n = Material(E, NU, locus, law), 50
+    endless = Material(E, NU, VonMises(), lambda p: 1e9 * (1.0 + p))
+    flowed, back, elastic = material.new_state(n), material.new_state(n), endless.new_state(n)
+    material.update(metric_of(random_strains(n, 8)), material.new_state(n), flowed)
+    flows = flowed.equivalent > 0.0
+    assert flows.mean() > 0.5
+    alpha, _ = centre_and_size(law, flowed)
+    t = alpha + 0.98 * (flowed.stress - alpha)
+    compliance = np.array([[1.0, -NU, 0.0], [-NU, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 + NU)]]) / E
+    metric = metric_of(flowed.plastic + t @ compliance)
+    material.update(metric, flowed, back)
+    before = endless.new_state(n)
+    before.plastic[:] = flowed.plastic
+    endless.update(metric, before, elastic)
+    assert (back.equivalent == flowed.equivalent).all()
+    assert back.stress == pytest.approx(t, rel=1e-8, abs=1e-6 * np.abs(t).max())
+    assert back.tangent == pytest.approx(elastic.tangent, rel=1e-9, abs=1e-9 * E)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("locus, law", SLOW, ids=SLOW_NAMES)
 def test_every_locus_goes_with_every_law(locus, law):
