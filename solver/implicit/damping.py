@@ -4,7 +4,8 @@ Where a sheet snaps, such as a flange that buckles under a light blank-holder, n
 no increment is small enough. There every node is given a resistance c A du to its movement du over an increment, A its
 tributary area: one step of implicit Euler in viscous motion, which has a solution where c is large enough. A tool
 driven by a force is held back like all nodes together, so that it does not fall where nothing carries it yet. The
-stroke goes on while the resistance fades from step to step, and waits for equilibrium without any where a frame is due.
+resistance fades from step to step; the stroke goes on once it is light, and waits for equilibrium without any where a
+frame is due.
 What they dissipate stands in the energies, and the run says at which stroke they were needed.
 """
 
@@ -14,6 +15,7 @@ from ..contact.drive import coordinates
 
 RESORT = 0.03  # cuts of an increment below this part of the stage's first one are given up for damping
 STIFFEST = 1e4  # times the first resistance
+LIGHT = 1e-3  # resistance relative to the forces in the sheet: the stroke may go on
 FADED = 1e-4  # of the first resistance: the next step does without
 QUICK, SLOW = 4, 12  # iterations up to which the resistance fades fast, above which it stays
 QUICK_FADE, FADE, FIRM = 0.03, 0.2, 5.0  # factors of the resistance after a quick step, another, and one that failed

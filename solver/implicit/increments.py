@@ -8,7 +8,7 @@ import numpy as np
 from ..elements.formulation import Membrane
 from ..energy import work_of
 from ..errors import StepFailed
-from .damping import RESORT, Damper, dissipated
+from .damping import LIGHT, RESORT, Damper, dissipated
 from .equilibrium import Equilibrium
 from .newton import Outcome, solve_increment
 from .sparse import SparseSolver
@@ -114,7 +114,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         if place.damping is None or width > 0.0:
             place = onward(place, width, outcome.iterations, old, new, first, largest_now, method)
         if place.damping is not None:
-            place = ease(place, outcome, damper, fraction in (0.0, end) or fraction in stops, least)
+            held = np.linalg.norm(dragged) > LIGHT * np.linalg.norm(new.sheet.internal)
+            place = ease(place, outcome, damper, held or fraction in (0.0, end) or fraction in stops, least)
         place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
         yield Accepted(place, outcome, cuts, work)
         if place.damping == np.inf:
@@ -142,11 +143,11 @@ def retreat(place, width, least, damper, snaps):
     return place._replace(damping=damper.start(), width=max(CUT * width, least))
 
 
-def ease(place, outcome, damper, at_stop, least):
-    """The march after a damped increment: less damping in the next one, which goes on with the stroke, but not beyond a
-    stop before equilibrium holds without any."""
+def ease(place, outcome, damper, waits, least):
+    """The march after a damped increment: less damping in the next one, which goes on with the stroke unless it waits:
+    for the resistance to become light, and at stops for equilibrium without any."""
     damping = damper.after_success(place.damping, outcome.iterations)
-    if at_stop and damping is not None:
+    if waits and damping is not None:
         return place._replace(damping=damping, width=0.0, rate=0.0 * place.rate, rates=dict.fromkeys(place.rates, 0.0))
     return place._replace(damping=damping, width=max(place.width, least))
 
