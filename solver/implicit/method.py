@@ -9,14 +9,11 @@ class Newton:
 
     residual : of the out-of-balance force, relative to the forces in play
     correction : of the last movement of a node, relative to the mesh size
-    chatter : what both may be where nodes that hardly press keep changing between open and closed and the residual
-        falls no further; such increments are counted and reported
     iterations : more than this and the increment is cut
     """
 
     residual: float = 1e-6
     correction: float = 1e-6
-    chatter: float = 1e-4
     iterations: int = 25
 
 

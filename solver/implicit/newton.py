@@ -12,19 +12,16 @@ LINE_SEARCHES = 4
 ACCEPT = 0.8  # share of the starting energy slope below which a step is taken as it is
 AUGMENTATIONS = 10
 UPHILL, NEAR = 3, 1e-2  # corrections against a residual below that: no stable equilibrium is near
-STALLED = 4  # iterations that do not halve the residual
 LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
 @dataclass
 class Outcome:
-    """How an increment went. residuals: relative out-of-balance force of every iteration; snaps: where
-    corrections kept going against the residual, as where the sheet buckles; chattered: accepted where
-    contact kept changing at forces that do not matter (method.Newton)."""
+    """How an increment went. residuals: relative out-of-balance force of every iteration; snaps: corrections kept going
+    against the residual, as where the sheet buckles."""
 
     converged: bool = False
     snaps: bool = False
-    chattered: bool = False
     iterations: int = 0
     augmentations: int = 0
     residuals: list = field(default_factory=list)
@@ -77,7 +74,7 @@ def deepest(state):
 def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     """Newton iterations at fixed multipliers; fills out."""
     newton, size = method.newton, equilibrium.sheet.size
-    softest = least_stiffnesses(equilibrium.driven, equilibrium.skin)
+    softest = least_stiffnesses(equilibrium.driven, equilibrium.skin, size)
 
     def trial(first=False):
         residual, balance, scale = equilibrium.evaluate(old, new, fraction, first)
@@ -104,8 +101,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
         dx, dw = cap * dx, cap * dw
         uphill += here.error < NEAR and here.along(dx, dw) < 0.0
         if uphill > UPHILL:
-            out.converged = out.chattered = here.error <= newton.chatter
-            out.snaps, out.reason = not out.converged, "the sheet snaps"
+            out.snaps, out.reason = True, "the sheet snaps"
             return
         before = here
         here, step = line_search(trial, before, Path(new, equilibrium.driven, dx, dw), newton.residual)
@@ -113,11 +109,8 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
         moved = step * np.abs(dx).max()
         lacking = moved * min(1.0, here.error / max(before.error, 1e-300)) if step == cap == 1.0 else moved
         if here.error <= newton.residual and lacking <= newton.correction * size:
-            out.converged = True
-        elif max(here.error, moved / size) <= newton.chatter and stalled(out.residuals, here.error):
-            out.converged = out.chattered = True
-        if out.converged:
             out.residuals.append(here.error)
+            out.converged = True
             return
     out.reason = f"residual {here.error:.1e} of {newton.residual:.0e}, last movement {moved:.1e} mm"
 
@@ -175,20 +168,16 @@ def line_search(trial, before, path, enough):
     return here, step
 
 
-def stalled(residuals, error):
-    """Whether the last iterations have not even halved the residual."""
-    return len(residuals) > STALLED and error > 0.5 * min(residuals[-STALLED:])
-
-
-def least_stiffnesses(driven, skin):
-    """Stiffness (k,) [N/mm] of driven tools that one node alone holds up: the slope of the rounded contact law where
-    its force is the tool's load. Under the load no tool is softer, so that the exact tangent is kept where it matters.
-    """
+def least_stiffnesses(driven, skin, size):
+    """Stiffness (k,) [N/mm] of driven tools that one node alone holds up, one element off the axis they tilt about: the
+    slope of the rounded contact law where its force is the tool's load. Under the load no tool is softer, so that the
+    exact tangent is kept where it matters."""
     found = []
     for run in driven:
         stiffness, drive = float(run.kn.min()), run.drive
         load = max(drive.load, drive.stiffness * skin)
-        found += [stiffness * min(1.0, np.sqrt(load / (stiffness * skin)))] * (1 + len(drive.axes))
+        guided = stiffness * min(1.0, np.sqrt(load / (stiffness * skin)))
+        found += [guided, *[guided * min(1.0, size / drive.lever) ** 2] * len(drive.axes)]
     return np.array(found)
 
 
