@@ -149,7 +149,7 @@ def ease(place, outcome, damper, waits, least):
     damping = damper.after_success(place.damping, outcome.iterations)
     if waits and damping is not None:
         return place._replace(damping=damping, width=0.0, rate=0.0 * place.rate, rates=dict.fromkeys(place.rates, 0.0))
-    return place._replace(damping=damping, width=max(place.width, least))
+    return place._replace(damping=damping, width=place.width or CUT * least)
 
 
 def onward(place, width, iterations, old, new, first, largest, method):
