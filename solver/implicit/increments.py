@@ -137,7 +137,8 @@ def retreat(place, width, least, damper, snaps):
     damping; without end (inf) where that does not help either."""
     if place.damping is not None:
         return place._replace(damping=damper.after_failure(place.damping), width=CUT * width)
-    if CUT * width >= RESORT * least and not snaps and place.fraction >= 0.0:
+    shortest = least if snaps else RESORT * least
+    if CUT * width >= shortest and place.fraction >= 0.0:
         return place._replace(width=CUT * width)
     log.info("no equilibrium nearby: damped increments")
     return place._replace(damping=damper.start(), width=max(CUT * width, least))

@@ -11,7 +11,8 @@ from ..contact.node_on_tool import OPEN
 LINE_SEARCHES = 4
 ACCEPT = 0.8  # share of the starting energy slope below which a step is taken as it is
 AUGMENTATIONS = 10
-UPHILL, NEAR = 3, 1e-2  # corrections against a residual below that: no stable equilibrium is near
+UPHILL = 3  # corrections against the residual: no stable equilibrium is near
+BUCKLING = 3e-5, 1e-2  # where the residual tells of that, and not of a contact that opens and closes
 LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
@@ -99,7 +100,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             return
         cap = min(1.0, LONGEST * size / longest) if longest > 0.0 else 1.0
         dx, dw = cap * dx, cap * dw
-        uphill += here.error < NEAR and here.along(dx, dw) < 0.0
+        uphill += BUCKLING[0] < here.error < BUCKLING[1] and here.along(dx, dw) < 0.0
         if uphill > UPHILL:
             out.snaps, out.reason = True, "the sheet snaps"
             return

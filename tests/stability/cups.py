@@ -47,7 +47,7 @@ class Cup:
     """Dimensions of a cup and how it is drawn; lengths in mm and forces in N where `unit` is 1.
 
     unit : mm in a unit of length, 1000 for a scene in metres (newtons stay)
-    size : of the mesh; quarter : of the disc, or the whole disc
+    size : of the mesh; quarter : of the disc, or the whole disc; flatness : how far from flat the blank is
     turn, shift : rotation (3, 3) and translation (3,) of the whole scene, which must then be a whole disc
     """
 
@@ -62,13 +62,14 @@ class Cup:
     holder_force: float = 10e3
     element: object = Shell(5)
     quarter: bool = True
+    flatness: float = 0.0
     unit: float = 1.0
     turn: object = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     shift: tuple = (0.0, 0.0, 0.0)
 
     def scaled(self, factor):
         """Every length of the cup times a factor, and the force so that pressures stay."""
-        lengths = ("thickness", "blank", "punch", "opening", "die_radius", "size", "travel")
+        lengths = ("thickness", "blank", "punch", "opening", "die_radius", "size", "travel", "flatness")
         return replace(
             self,
             holder_force=factor**2 * self.holder_force,
@@ -78,7 +79,9 @@ class Cup:
     def mesh(self):
         """The blank in its place, in the scene's unit."""
         symmetry = ("x", "y") if self.quarter else ()
-        flat = mesh_blank(Disc(self.blank), self.size, arrangement="structured", symmetry=symmetry)
+        flat = mesh_blank(
+            Disc(self.blank), self.size, arrangement="structured", symmetry=symmetry, flatness=self.flatness
+        )
         points = flat.points + [0.0, 0.0, 0.5 * self.thickness]
         return SimpleNamespace(points=self.place(points), cells=flat.cells, groups=dict(flat.groups))
 

@@ -78,6 +78,14 @@ def test_thickness_with_all_else_as_it_is(thickness, element, tmp_path):
     ends_well(cup.scene(), tmp_path)
 
 
+@pytest.mark.parametrize("force", [0.0, 10.0, 1e3, 1e5])
+def test_a_blank_that_is_not_flat(force, tmp_path):
+    # The holder meets its hilltops first and presses them down.
+    bent = drawn(tmp_path, Shell(5), holder_force=force, flatness=0.1 * CUP.thickness)
+    flat = drawn(tmp_path, Shell(5), holder_force=force)
+    assert bent.history["thickness_min"][-1] == pytest.approx(flat.history["thickness_min"][-1], rel=1e-2)
+
+
 @ELEMENTS
 def test_a_holder_that_pushes_the_blank_through_the_die(element, tmp_path):
     # The blank's edge lies on the die's round edge, and nothing else holds it.
