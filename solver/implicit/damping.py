@@ -24,16 +24,21 @@ PATIENCE = 200  # damped steps in a row
 
 
 class Damper:
-    """Chooses the resistance c [N/mm^3] of damped steps, one after the other; None stands for no damping."""
+    """Chooses the resistance c [N/mm^3] of damped steps, one after the other; None stands for no damping.
+
+    known : the sheet has snapped in this stage, so that one that seems to do so again is damped at once
+    """
 
     def __init__(self, sheet):
         # The bending stiffness of one element per area, E t^3 / size^4.
         self.first = sheet.contact_stiffness * (sheet.blank.thickness / sheet.size) ** 2
         self.rest = self.steps = 0
+        self.known = False
 
     def start(self):
         """Resistance of the first damped step."""
         self.rest = self.steps = 0
+        self.known = True
         return self.first
 
     def after_success(self, damping, iterations):

@@ -46,7 +46,7 @@ class Equilibrium:
         self.beads, self.uplifts = build_beads(stage, sheet, method), {}
         self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
         self.contact = np.empty((n, 3))
-        self.damping = 0.0  # N/mm^3: see damping.py
+        self.damping, self.snapped = 0.0, False  # N/mm^3, and whether there was any in this stage: see damping.py
         self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
         self.foot_blocks = np.empty((n, 3, 3))
         self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))

@@ -88,7 +88,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         relieving = place.fraction < 0.0
         least = 0.1 * RELIEF if relieving else first
         width, fraction = target(place, stops)
-        equilibrium.damping = place.damping or 0.0
+        equilibrium.damping, equilibrium.snapped = place.damping or 0.0, damper.known
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
         equilibrium.begin(old, new, max(fraction, 0.0) - max(place.fraction, 0.0))
@@ -137,7 +137,7 @@ def retreat(place, width, least, damper, snaps):
     damping; without end (inf) where that does not help either."""
     if place.damping is not None:
         return place._replace(damping=damper.after_failure(place.damping), width=CUT * width)
-    shortest = least if snaps else RESORT * least
+    shortest = (np.inf if damper.known else least) if snaps else RESORT * least
     if CUT * width >= shortest and place.fraction >= 0.0:
         return place._replace(width=CUT * width)
     log.info("no equilibrium nearby: damped increments")

@@ -12,7 +12,7 @@ LINE_SEARCHES = 4
 ACCEPT = 0.8  # share of the starting energy slope below which a step is taken as it is
 AUGMENTATIONS = 10
 UPHILL = 3  # corrections against the residual: no stable equilibrium is near
-BUCKLING = 3e-5, 1e-2  # where the residual tells of that, and not of a contact that opens and closes
+BUCKLING = 3e-5, 1e-2  # residuals that tell of that, and not of a contact that opens and closes
 LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
@@ -82,6 +82,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
         return Trial(residual, balance, relative(residual, balance, scale, scale_floor))
 
     here, moved, uphill = trial(first=True), np.inf, 0
+    least = 0.0 if equilibrium.snapped else BUCKLING[0]
     for _ in range(newton.iterations):
         out.residuals.append(here.error)
         if not np.isfinite(here.error):
@@ -100,7 +101,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             return
         cap = min(1.0, LONGEST * size / longest) if longest > 0.0 else 1.0
         dx, dw = cap * dx, cap * dw
-        uphill += BUCKLING[0] < here.error < BUCKLING[1] and here.along(dx, dw) < 0.0
+        uphill += least < here.error < BUCKLING[1] and here.along(dx, dw) < 0.0
         if uphill > UPHILL:
             out.snaps, out.reason = True, "the sheet snaps"
             return
