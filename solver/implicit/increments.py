@@ -137,7 +137,7 @@ def retreat(place, width, least, damper, snaps):
     damping; without end (inf) where that does not help either."""
     if place.damping is not None:
         return place._replace(damping=damper.after_failure(place.damping), width=CUT * width)
-    shortest = (np.inf if damper.known else least) if snaps else RESORT * least
+    shortest = np.inf if snaps and damper.known else RESORT * least
     if CUT * width >= shortest and place.fraction >= 0.0:
         return place._replace(width=CUT * width)
     log.info("no equilibrium nearby: damped increments")
