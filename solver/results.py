@@ -168,7 +168,10 @@ class Results:
         growth = thickest - np.array(self.history["thickness_min"]) / (1.0 - np.array(self.history["thinning_max"]))
         for name in self.lifted:
             travel = np.array(self.history[f"travel_{name}"])
-            riding = np.abs(travel - travel[0]) > 1.5 * growth + 0.02 * thickest
+            # Lifts count from where the tool has pressed a blank flat that was not.
+            seated = max(int(np.sum(np.array(stroke) == 0.0)) - 1, 0)
+            riding = np.abs(travel - travel[seated]) > 1.5 * growth + 0.02 * thickest
+            riding[:seated] = False
             if riding.any():
                 found.append(
                     f"from {stroke[riding][0]:.3g} mm on, {name} is lifted by wrinkles, not by the sheet's thickness"

@@ -141,7 +141,8 @@ def retreat(place, width, least, damper, snaps):
     if CUT * width >= shortest and place.fraction >= 0.0:
         return place._replace(width=CUT * width)
     log.info("no equilibrium nearby: damped increments")
-    return place._replace(damping=damper.start(), width=max(CUT * width, least))
+    # The resistance holds back what moves with the tools, too: that takes a short step, but where no tool travels.
+    return place._replace(damping=damper.start(), width=least if place.fraction >= 0.0 else max(CUT * width, least))
 
 
 def ease(place, outcome, damper, waits, least):
