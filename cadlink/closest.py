@@ -106,99 +106,140 @@ def hint_at(p, low, per_mm, grid):
     return grid[i, j, k]
 
 
+@njit(forceinline=True, **POINT)
+def put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face):
+    """Fill the fields of a Projection for one point."""
+    distance[i], face[i], curvature[i, 0], curvature[i, 1] = d, label, k1, k2
+    for c in range(3):
+        point[i, c], normal[i, c], direction[i, c] = q[c], m[c], e[c]
+
+
+@njit(forceinline=True, **POINT)
+def taken(out):
+    """What `write` (track.py) has put there: distance, foot, normal, curvatures, direction."""
+    return out[0], (out[1], out[2], out[3]), (out[4], out[5], out[6]), out[10], out[11], (out[7], out[8], out[9])
+
+
+@njit(forceinline=True, **POINT)
+def put_seed(new_seed, i, item, a, b, at, reach, stamp):
+    new_seed[i, ITEM], new_seed[i, A], new_seed[i, B], new_seed[i, REACH] = item, a, b, reach
+    new_seed[i, PLACE], new_seed[i, PLACE + 1], new_seed[i, PLACE + 2] = at
+    new_seed[i, STAMP] = stamp
+
+
+@njit(forceinline=True, **POINT)
+def put_model(new_seed, i, leaves, patches, power, ref, a, b, step, label, found, out):
+    """Remember the foot on leaf `ref`, where no boundary is near; ref < 0 for a foot that is not on a leaf."""
+    if ref >= 0 and surely_in(leaves[ref], a, b):
+        leaf = leaves[ref]
+        remember(new_seed, i, COLUMNS, leaf, patches[leaf.patch], power, a, b, step, label, found, out)
+    else:
+        for c in range(COLUMNS, WITH_MODEL):
+            new_seed[i, c] = 0.0
+
+
 @njit(**INNER)
-def project_chunk(
-    skin, hints, stamp, start, stop, scratch, points, seed,
+def track_chunk(
+    skin, hints, stamp, start, stop, scratch, left, points, seed,
     distance, point, normal, curvature, direction, face, new_seed,
 ):  # fmt: skip
-    """Fill the fields of a Projection for points[start:stop]."""
+    """Answer those of points[start:stop] that are in reach of their last search: its item is looked at alone.
+
+    left : filled with the others, whose new seeds then have the hint to search from; returns their number
+    """
+    _, _, _, work, found, out = scratch
+    items, faces, rims, leaves, patches = skin.items, skin.faces, skin.rims, skin.leaves, skin.patches
+    rasters, pieces, ctrl, power = skin.rasters, skin.pieces, skin.ctrl, skin.power
+    low, per_mm, grid = hints.low, hints.per_mm, hints.item
+    tracked, modelled = found[0], seed.shape[1] == WITH_MODEL
+    n_left = 0
+    for i in range(start, stop):
+        p = (points[i, 0], points[i, 1], points[i, 2])
+        item, a, b = -1, -1.0, -1.0
+        if seed[i, STAMP] == stamp:
+            item, a, b, reach = int(seed[i, ITEM]), seed[i, A], seed[i, B], seed[i, REACH]
+            at = (seed[i, PLACE], seed[i, PLACE + 1], seed[i, PLACE + 2])
+            x, y, z = p[0] - at[0], p[1] - at[1], p[2] - at[2]
+            if x * x + y * y + z * z < reach * reach:
+                if modelled and seed[i, COLUMNS + CALM] > 0.0:
+                    served, d, q, m, k1, k2, e, ds, dt = recall(seed, i, COLUMNS, p)
+                    if served:
+                        label = int(seed[i, COLUMNS + LABEL])
+                        put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
+                        for c in range(WITH_MODEL):
+                            new_seed[i, c] = seed[i, c]
+                        continue
+                    # Else its shift is where Newton starts.
+                    a, b = min(1.0, max(0.0, a + ds)), min(1.0, max(0.0, b + dt))
+                kind, ref, label, fresh, step = items[item].kind, items[item].ref, -1, -1, 0.0
+                if kind == ON_FACE:
+                    d, q, m, k1, k2, e, label = track_face(faces[ref], rims[ref], rasters, pieces, ctrl, p, work)
+                else:
+                    if kind == ON_LEAF:
+                        leaf = leaves[ref]
+                        patch = patches[leaf.patch]
+                        face1, rim, fresh = faces[patch.face], rims[patch.face], ref
+                        a, b, label, step = track_leaf(
+                            leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, tracked, work, out
+                        )
+                    else:
+                        a, b, label = track_edge(skin, item, a, b, p, work, out)
+                    d, q, m, k1, k2, e = taken(out)
+                if label >= 0:
+                    put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
+                    put_seed(new_seed, i, item, a, b, at, reach, stamp)
+                    if modelled:
+                        put_model(new_seed, i, leaves, patches, power, fresh, a, b, step, label, tracked, out)
+                    continue
+        else:
+            item = hint_at(p, low, per_mm, grid)
+        new_seed[i, ITEM], new_seed[i, A], new_seed[i, B] = item, a, b
+        left[n_left] = i
+        n_left += 1
+    return n_left
+
+
+@njit(**INNER)
+def search_chunk(
+    skin, stamp, left, n_left, scratch, points,
+    distance, point, normal, curvature, direction, face, new_seed,
+):  # fmt: skip
+    """Answer the first n_left of the points in `left` by a search from the hints in their new seeds."""
     entries, bounds, pending, work, found, out = scratch
     items, faces, rims, leaves, patches = skin.items, skin.faces, skin.rims, skin.leaves, skin.patches
     rasters, pieces, ctrl, power = skin.rasters, skin.pieces, skin.ctrl, skin.power
     nodes, order, root = skin.nodes, skin.order, skin.roots[0]
-    low, per_mm, grid = hints.low, hints.per_mm, hints.item
-    tracked, modelled = found[0], seed.shape[1] == WITH_MODEL
-    for i in range(start, stop):
+    modelled = new_seed.shape[1] == WITH_MODEL
+    for k in range(n_left):
+        i = left[k]
         p = (points[i, 0], points[i, 1], points[i, 2])
-        item, a, b, reach = -1, -1.0, -1.0, 0.0
-        if seed[i, STAMP] == stamp:
-            item, a, b, reach = int(seed[i, ITEM]), seed[i, A], seed[i, B], seed[i, REACH]
+        hint, hint_a, hint_b = int(new_seed[i, ITEM]), new_seed[i, A], new_seed[i, B]
+        item, a, b, row, reach, fresh = -1, 0.0, 0.0, 0, AGAIN, -1
+        for attempt in range(2):
+            if reach == AGAIN:
+                item, a, b, row, reach = quick_search(
+                    skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
+                    p, hint, hint_a, hint_b, attempt == 0, entries, bounds, pending, found, work,
+                )  # fmt: skip
+        kind, ref = items[item].kind, items[item].ref
+        if reach >= 0.0 and kind == ON_FACE:
+            label = faces[ref].label
+            d, q, m, k1, k2, e = answer_on_form(faces[ref], rims[ref], p)
         else:
-            item = hint_at(p, low, per_mm, grid)
-        at = (seed[i, PLACE], seed[i, PLACE + 1], seed[i, PLACE + 2])
-        x, y, z = p[0] - at[0], p[1] - at[1], p[2] - at[2]
-        label, on_form, fresh, last_step = -1, False, -1, 0.0
-        # In reach of the last search its item is looked at alone.
-        if x * x + y * y + z * z < reach * reach:
-            if modelled and seed[i, COLUMNS + CALM] > 0.0:
-                served, d, q, m, k1, k2, e, ds, dt = recall(seed, i, COLUMNS, p)
-                if served:
-                    distance[i], curvature[i, 0], curvature[i, 1] = d, k1, k2
-                    face[i] = int(seed[i, COLUMNS + LABEL])
-                    for c in range(3):
-                        point[i, c], normal[i, c], direction[i, c] = q[c], m[c], e[c]
-                    for c in range(WITH_MODEL):
-                        new_seed[i, c] = seed[i, c]
-                    continue
-                # Else its shift is where Newton starts.
-                a, b = min(1.0, max(0.0, a + ds)), min(1.0, max(0.0, b + dt))
-            kind, ref = items[item].kind, items[item].ref
-            if kind == ON_FACE:
-                d, q, m, k1, k2, e, label = track_face(faces[ref], rims[ref], rasters, pieces, ctrl, p, work)
-                on_form = label >= 0
-            elif kind == ON_LEAF:
-                leaf = leaves[ref]
-                patch = patches[leaf.patch]
-                face1, rim = faces[patch.face], rims[patch.face]
-                a, b, label, last_step = track_leaf(
-                    leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, tracked, work, out
-                )
-                fresh = 0 if label >= 0 else -1
-            else:
-                a, b, label = track_edge(skin, item, a, b, p, work, out)
-        if label < 0:
-            at, hint, hint_a, hint_b = p, item, a, b
-            row, reach = 0, AGAIN
-            for attempt in range(2):
-                if reach == AGAIN:
-                    item, a, b, row, reach = quick_search(
-                        skin, items, nodes, order, root, faces, rims, leaves, patches, rasters, pieces, ctrl, power,
-                        p, hint, hint_a, hint_b, attempt == 0, entries, bounds, pending, found, work,
-                    )  # fmt: skip
             if reach < 0.0:
                 reach = 0.0
                 if hint < 0:
                     hint, hint_a, hint_b = item, a, b
                 item, a, b, label = careful_search(skin, p, hint, hint_a, hint_b, entries, bounds, work, out)
+            elif kind == ON_LEAF and answer_on_patch(p, found[row], leaves[ref].sense, out):
+                label, fresh = faces[patches[leaves[ref].patch].face].label, ref
             else:
-                kind, ref = items[item].kind, items[item].ref
-                if kind == ON_FACE:
-                    d, q, m, k1, k2, e = answer_on_form(faces[ref], rims[ref], p)
-                    on_form, label = True, faces[ref].label
-                elif kind == ON_LEAF and answer_on_patch(p, found[row], leaves[ref].sense, out):
-                    label = faces[patches[leaves[ref].patch].face].label
-                    fresh, last_step = row, 0.0
-                else:
-                    label = settle(skin, item, a, b, p, found[row], work, out)
-        if not on_form:
-            d, k1, k2 = out[0], out[10], out[11]
-            q, m, e = (out[1], out[2], out[3]), (out[4], out[5], out[6]), (out[7], out[8], out[9])
-        distance[i], face[i], curvature[i, 0], curvature[i, 1] = d, label, k1, k2
-        for c in range(3):
-            point[i, c], normal[i, c], direction[i, c] = q[c], m[c], e[c]
-            new_seed[i, PLACE + c] = at[c]
-        new_seed[i, ITEM], new_seed[i, A], new_seed[i, B], new_seed[i, REACH] = item, a, b, reach
-        new_seed[i, STAMP] = stamp
+                label = settle(skin, item, a, b, p, found[row], work, out)
+            d, q, m, k1, k2, e = taken(out)
+        put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
+        put_seed(new_seed, i, item, a, b, p, reach, stamp)
         if modelled:
-            if fresh >= 0 and surely_in(leaves[items[item].ref], a, b):
-                leaf = leaves[items[item].ref]
-                remember(
-                    new_seed, i, COLUMNS, leaf, patches[leaf.patch], power, a, b, last_step, reach, label,
-                    found[fresh], out,
-                )  # fmt: skip
-            else:
-                for c in range(COLUMNS, WITH_MODEL):
-                    new_seed[i, c] = 0.0
+            put_model(new_seed, i, leaves, patches, power, fresh, a, b, 0.0, label, found[row], out)
 
 
 @njit(parallel=True, cache=True)
@@ -215,7 +256,13 @@ def project_points(skin, hints, stamp, points, seed, distance, point, normal, cu
             np.zeros(WAITING, np.int64), np.zeros(WAITING), np.zeros((PENDING, 4)),
             np.zeros(WORK), np.zeros((2, 6, 3)), np.zeros(ANSWER),
         )  # fmt: skip
-        project_chunk(
-            skin, hints, stamp, start, stop, scratch, points, seed,
+        left = np.zeros(CHUNK, np.int64)
+        n_left = track_chunk(
+            skin, hints, stamp, start, stop, scratch, left, points, seed,
             distance, point, normal, curvature, direction, face, new_seed,
         )  # fmt: skip
+        if n_left:
+            search_chunk(
+                skin, stamp, left, n_left, scratch, points,
+                distance, point, normal, curvature, direction, face, new_seed,
+            )  # fmt: skip

@@ -45,6 +45,17 @@ def bend_by_height(leaf, z):
 
 
 @njit(**POINT)
+def room_of_bend(leaf, z, h):
+    """How far [mm] a point at a height z and a distance h may move before distance times curvature reaches UNIQUE."""
+    least = UNIQUE / max(max(leaf.bend[0], leaf.bend[1]), 1e-300) - h
+    clear = abs(z) - leaf.half[2]
+    # While it stays above or below all of the leaf one side counts.
+    if clear > 0.0:
+        least = max(least, min(clear, UNIQUE / max(bend_by_height(leaf, z), 1e-300) - h))
+    return least
+
+
+@njit(**POINT)
 def bend_by_point(leaf, p, q):
     """The same by one point q of the leaf: steeper than its steepest tangent, p - q stays on one side of it."""
     x, y, z = p[0] - q[0], p[1] - q[1], p[2] - q[2]

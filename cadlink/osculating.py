@@ -31,9 +31,10 @@ from cadlink.power import third_derivatives
 
 TRACKED = (5e-12, 5e-8)  # mm: errors in distance and foot that a model may leave
 APART = 10.0  # times what turns the principal directions
+LIFT = 0.1  # mm: how much the distance may change while a model serves
 # Columns of what is remembered: radius, face, foot, normal, direction of k_e, k_e, k_f, the derivatives of the
-# patch's parameters along e and f (s_e, s_f, t_e, t_f), and C.
-CALM, LABEL, FOOT, NORMAL, DIRECTION, BEND, PER, CUBIC, REMEMBERED = 0, 1, 2, 5, 8, 11, 13, 17, 21
+# patch's parameters along e and f (s_e, s_f, t_e, t_f), C, and the distance.
+CALM, LABEL, FOOT, NORMAL, DIRECTION, BEND, PER, CUBIC, HEIGHT, REMEMBERED = 0, 1, 2, 5, 8, 11, 13, 17, 21, 22
 
 
 @njit(forceinline=True, **POINT)
@@ -53,7 +54,7 @@ def recall(seed, i, first, p):
     x, y, z = dot(r, e), dot(r, f), dot(r, n)
     per_e, per_f = 1.0 / (1.0 + k_e * z), 1.0 / (1.0 + k_f * z)
     s_e, s_f = x * per_e, y * per_f
-    served = s_e * s_e + s_f * s_f < calm * calm
+    served = s_e * s_e + s_f * s_f < calm * calm and abs(z - seed[i, first + HEIGHT]) < LIFT
     # The curvature's change along s, then the distance, then the shift to second order.
     c_ee, c_ef, c_ff = c_eee * s_e + c_eef * s_f, c_eef * s_e + c_eff * s_f, c_eff * s_e + c_fff * s_f
     half_e, half_f = 0.5 * (c_ee * s_e + c_ef * s_f), 0.5 * (c_ef * s_e + c_ff * s_f)
@@ -90,10 +91,10 @@ def recall(seed, i, first, p):
 
 
 @njit(**POINT)
-def remember(seed, i, first, leaf, patch, power, s, t, step, reach, label, D, out):
+def remember(seed, i, first, leaf, patch, power, s, t, step, label, D, out):
     """Fill the row from the answer at a foot on a leaf (track.py) and the derivatives there.
 
-    step : length of the Taylor step that led there [mm]; reach : how far the point may go
+    step : length of the Taylor step that led there [mm]
     """
     q, d, k_e, k_f = (out[1], out[2], out[3]), out[0], out[10], out[11]
     n, e = (out[4], out[5], out[6]), (out[7], out[8], out[9])
@@ -117,7 +118,7 @@ def remember(seed, i, first, leaf, patch, power, s, t, step, reach, label, D, ou
     c_eef = -second(s_e, t_e, s_e, t_e, along_f[0], along_f[1], along_f[2]) - 2.0 * k_e * ef_e - k_f * ee_f
     c_eff = -second(s_f, t_f, s_f, t_f, along_e[0], along_e[1], along_e[2]) - k_e * ff_e - 2.0 * k_f * ef_f
     c_fff = -second(s_f, t_f, s_f, t_f, along_f[0], along_f[1], along_f[2]) - 3.0 * k_f * ff_f
-    calm = calm_radius(leaf, s, t, s_e * s_e + s_f * s_f, t_e * t_e + t_f * t_f, d, k_e, k_f, reach, step)
+    calm = calm_radius(leaf, s, t, s_e * s_e + s_f * s_f, t_e * t_e + t_f * t_f, d, k_e, k_f, step)
     seed[i, first + CALM], seed[i, first + LABEL] = calm, label
     for k in range(3):
         seed[i, first + FOOT + k], seed[i, first + NORMAL + k], seed[i, first + DIRECTION + k] = q[k], n[k], e[k]
@@ -126,6 +127,7 @@ def remember(seed, i, first, leaf, patch, power, s, t, step, reach, label, D, ou
     seed[i, first + PER + 2], seed[i, first + PER + 3] = t_e, t_f
     seed[i, first + CUBIC], seed[i, first + CUBIC + 1] = c_eee, c_eef
     seed[i, first + CUBIC + 2], seed[i, first + CUBIC + 3] = c_eff, c_fff
+    seed[i, first + HEIGHT] = d
 
 
 @njit(forceinline=True, **POINT)
@@ -135,8 +137,8 @@ def second(s1, t1, s2, t2, ss, st, tt):
 
 
 @njit(forceinline=True, **POINT)
-def calm_radius(leaf, s, t, size_s, size_t, d, k_e, k_f, reach, step):
-    """Shift of the foot [mm] that the model can follow wherever the point goes within its reach.
+def calm_radius(leaf, s, t, size_s, size_t, d, k_e, k_f, step):
+    """Shift of the foot [mm] that the model can follow while the distance changes by at most LIFT.
 
     size_s, size_t : squares of the derivatives of s and t along the surface [1/mm^2]
     """
@@ -144,8 +146,8 @@ def calm_radius(leaf, s, t, size_s, size_t, d, k_e, k_f, reach, step):
     inner = leaf.inner
     room_s, room_t = min(s - inner[0], inner[1] - s), min(t - inner[2], inner[3] - t)
     calm = min(leaf.calm, min(room_s / sqrt(size_s), room_t / sqrt(size_t)))
-    far, bend = abs(d) + reach, max(k_e, -k_f)
-    g = 1.0 + min(d * k_e, d * k_f) - reach * bend
+    far, bend = abs(d) + LIFT, max(k_e, -k_f)
+    g = 1.0 + min(d * k_e, d * k_f) - LIFT * bend
     if not (g > 0.0 and calm > 0.0):
         return 0.0
     per, c, more = 1.0 / g, leaf.twist[0], leaf.twist[1]

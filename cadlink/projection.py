@@ -18,7 +18,7 @@ class Projection(NamedTuple):
                cross(normal, direction)
     face       (n,) index of the face in the part (one of two at an edge)
     seed       (n, ..) to be passed back with the same points after a small move; as wide as the surface needs it:
-               8 on planes, cylinders, cones, spheres and tori, 29 on a skin that has patches
+               8 on planes, cylinders, cones, spheres and tori, 30 on a skin that has patches
     """
 
     distance: np.ndarray

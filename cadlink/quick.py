@@ -3,7 +3,7 @@
     best    distance of the nearest foot so far [mm]
     bound   lower bound of the distance to an item [mm]
     room    how far [mm] the point may move before an item can hold its nearest foot
-    reach   smallest room of all other items, at most SKIN: within it the next call looks at one item
+    reach   smallest room of all other items: within it the next call looks at one item
 
 Only faces, leaves of patches, sharp edges and sharp vertices are asked (smooth.py says why). An
 item is out of the question
@@ -27,7 +27,7 @@ from cadlink.boxtree import box_distance
 from cadlink.form_foot import distance_to_form
 from cadlink.items import start_in_leaf, try_item, try_leaf
 from cadlink.kernels import POINT
-from cadlink.leaf_bounds import UNIQUE, bend_by_height, bend_by_point, leaf_beside
+from cadlink.leaf_bounds import UNIQUE, bend_by_height, bend_by_point, leaf_beside, room_of_bend
 from cadlink.nurbs import from_ramp
 from cadlink.power import CONVERGED, DOUBTFUL, FOUND, foot_in_box
 from cadlink.records import CYLINDER, PLANE, SPHERE, TORUS
@@ -46,9 +46,10 @@ from cadlink.rim import (
 )
 from cadlink.skin import ON_FACE, ON_LEAF
 
-SKIN = 0.1  # mm: reach at most; a larger one makes the search look at more items
+SKIN = 0.1  # mm: reach that the search looks for; a larger one, for which it would look at more items, comes by itself
 TURNED = 0.93  # cosine between leaves that continue each other
 BESIDE = 0.7  # the same of leaves that touch
+OVER = 0.05  # of a leaf's sides, by which a foot may lie over them
 WAITING = 256  # nodes and items that may wait; points in the middle of everything are left to the careful search
 HIT, MISS, DOUBT, SEVERAL = 1, 0, -1, 2
 APART, NEXT, ACROSS = 0, 1, 2
@@ -184,6 +185,12 @@ def continues(leaf, other, height, other_height, best, foot, leap):
 
 
 @njit(**POINT)
+def room_of_both(leaf, other, height, other_height, best):
+    """Room within which a leaf goes on to continue the other; heights of the point above both."""
+    return max(SKIN, 0.5 * min(room_of_bend(leaf, height, best), room_of_bend(other, other_height, best)))
+
+
+@njit(**POINT)
 def quick_leaf(leaf, patch, other, known, other_height, leap, power, p, best, foot, s, t, found):
     """HIT where the foot may be on a leaf, or MISS; bound or distance, room, s, t, excusable, several, excuse.
 
@@ -195,10 +202,10 @@ def quick_leaf(leaf, patch, other, known, other_height, leap, power, p, best, fo
     bound, beside, x, y, z = leaf_beside(leaf, p)
     room = (beside - best * leaf.cone) / (1.0 + leaf.cone)
     if room >= SKIN:
-        return MISS, bound, SKIN, s, t, False, False, APART
+        return MISS, bound, room, s, t, False, False, APART
     excuse = continues(leaf, other, z, other_height, best, foot, leap) if known else APART
     if excuse != APART:
-        return MISS, bound, SKIN, s, t, False, False, excuse
+        return MISS, bound, room_of_both(leaf, other, z, other_height, best), s, t, False, False, excuse
     if room > 0.0:
         return MISS, bound, room, s, t, False, False, APART
     if bound >= best:
@@ -209,7 +216,7 @@ def quick_leaf(leaf, patch, other, known, other_height, leap, power, p, best, fo
         s, t = start_in_leaf(leaf, -1, x, y)
     # A little over the sides, so that a foot between two leaves is in one of them.
     rect = leaf.rect
-    w_s, w_t = 0.05 * (rect[1] - rect[0]), 0.05 * (rect[3] - rect[2])
+    w_s, w_t = OVER * (rect[1] - rect[0]), OVER * (rect[3] - rect[2])
     code, s, t, h, pull = foot_in_box(
         patch, power, p, s, t, max(0.0, rect[0] - w_s), min(1.0, rect[1] + w_s), max(0.0, rect[2] - w_t),
         min(1.0, rect[3] + w_t), leaf.tiny[0], leaf.tiny[1], CONVERGED, found,
@@ -221,7 +228,7 @@ def quick_leaf(leaf, patch, other, known, other_height, leap, power, p, best, fo
     several = far * min(bend_by_height(leaf, z), bend_by_point(leaf, p, found[0])) >= UNIQUE
     if code == FOUND:
         return HIT, h, 0.0, s, t, True, several, APART
-    return MISS, bound, 0.2 * pull, s, t, True, several, APART
+    return MISS, bound, min(SKIN, 0.2 * pull), s, t, True, several, APART
 
 
 # --- the search ----------------------------------------------------------------------------------
@@ -253,7 +260,7 @@ def quick_search(
         without leaps must decide, CAREFUL where the careful one must
     """
     best, item, a, b, row, last = np.inf, -1, 0.0, 0.0, 0, -1
-    others, room, foot, height = np.inf, SKIN, p, 0.0
+    others, room, foot, height = np.inf, np.inf, p, 0.0
     n_nodes, n_pending, top = len(nodes), 0, 0
     doubt = leapt = bends = False
     if root >= 0:
@@ -276,6 +283,8 @@ def quick_search(
                     bound = box_distance(nodes[k], p)
                     if bound < best + 2.0 * SKIN:
                         top = push(entries, bounds, top, k, bound)
+                    else:
+                        others = min(others, bound)
                 continue
             for k in range(node.start, node.stop):
                 other = order[k]
@@ -287,6 +296,8 @@ def quick_search(
                     bound, _, _, _, _ = leaf_beside(leaves[record.ref], p)
                 if bound < best + 2.0 * SKIN:
                     top = push(entries, bounds, top, n_nodes + other, bound)
+                else:
+                    others = min(others, bound)
             continue
         other = entry - n_nodes
         a1, b1 = (hint_a, hint_b) if other == hint else (-1.0, -1.0)
@@ -309,7 +320,7 @@ def quick_search(
                 face, rim = faces[patch.face], rims[patch.face]
                 where, free = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, a1, b1, mine, h, work)
                 if where != IN:
-                    code = DOUBT if where == UNSURE and h < best + 1e-9 else MISS
+                    code, free = DOUBT if where == UNSURE and h < best + 1e-9 else MISS, min(SKIN, free)
             if several and code != DOUBT:
                 if n_pending < PENDING:
                     pending[n_pending, 0], pending[n_pending, 1] = other, 0.0
@@ -342,6 +353,10 @@ def quick_search(
             doubt = True
         else:
             room = min(room, free)
+    # What still waits is farther away.
+    if top > 0:
+        others = min(others, bounds[top - 1])
+    room = min(room, 0.5 * (others - best))
     # Items that were in doubt, or looked at before the nearest foot was known.
     for k in range(n_pending):
         other, bound = int(pending[k, 0]), pending[k, 2]
@@ -356,7 +371,8 @@ def quick_search(
             if last >= 0:
                 excuse = continues(leaf, leaves[last], above, height, best, foot, leap)
                 leapt |= excuse == ACROSS
-                free = SKIN if excuse != APART else free
+                if excuse != APART:
+                    free = max(free, room_of_both(leaf, leaves[last], above, height, best))
         if free <= 1e-9 and pending[k, 3] == DOUBT:
             doubt = True
         if free <= 1e-9 and pending[k, 3] == SEVERAL and not doubt:
@@ -376,6 +392,8 @@ def quick_search(
                 foot = (mine[0, 0], mine[0, 1], mine[0, 2])
                 _, _, _, _, height = leaf_beside(leaf, p)
         room = min(room, free)
+    if last >= 0:
+        room = min(room, max(SKIN, room_of_bend(leaves[last], height, best)))
     reach = max(0.0, min(room, 0.5 * (others - best)))
     if doubt or item < 0:
         reach = CAREFUL

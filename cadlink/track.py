@@ -14,7 +14,7 @@ from cadlink.items import try_item
 from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import dot, shape_of
 from cadlink.power import FOUND, foot_in_box
-from cadlink.quick import place_on_face, place_on_leaf, surely_in
+from cadlink.quick import OVER, place_on_face, place_on_leaf, surely_in
 from cadlink.rim import IN
 from cadlink.skin import ON_ARC, ON_LEAF, SMOOTH, STATIONS
 
@@ -80,13 +80,21 @@ def track_face(face, rim, rasters, pieces, ctrl, p, work):
 
 
 @njit(forceinline=True, **POINT)
+def still_on(leaf, s, t):
+    """Whether a foot lies on a leaf or hardly beside it, where what is known of the leaf holds."""
+    rect = leaf.rect
+    w_s, w_t = OVER * (rect[1] - rect[0]), OVER * (rect[3] - rect[2])
+    return rect[0] - w_s <= s <= rect[1] + w_s and rect[2] - w_t <= t <= rect[3] + w_t
+
+
+@njit(forceinline=True, **POINT)
 def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, found, work, out):
     """The same on a leaf, from its last foot, filled into out: s, t, face, last step of Newton [mm]."""
     code, s1, t1, h, step = foot_in_box(
         patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found
     )
     label = -1
-    if code == FOUND:
+    if code == FOUND and still_on(leaf, s1, t1):
         where = IN
         if not surely_in(leaf, s1, t1):
             where, _ = place_on_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, s1, t1, found, h, work)
