@@ -1,8 +1,9 @@
 """Work on CAD data in a process of its own: a crash or a hang of OpenCASCADE costs one line, not the session.
 
 `in_child` runs main(JOB, OUT) of a module in a child and returns what it pickled; `serve` is what such a main does.
-The first job of a session starts a process that loads OpenCASCADE (forks.py); it forks the children. Where a process
-cannot be forked safely, each job starts a Python of its own.
+The first job of a session starts a process that loads OpenCASCADE (forks.py); it forks the children. Who knows that a
+job will come starts it beforehand (ahead.py). Where a process cannot be forked safely, each job starts a Python of its
+own.
 """
 
 import atexit
@@ -66,10 +67,20 @@ def run_alone(module, arguments, errors, timeout):
 
 
 class Forked:
-    """The forking process of this session: started by the first job, and anew after a job that hung."""
+    """The forking process of this session: started by the first job or before it, and anew after a job that hung.
+
+    loading : whether it has not said yet that OpenCASCADE is loaded; log : what it says on standard error
+    """
 
     def __init__(self):
         self.process, self.owner, self.lock = None, None, threading.Lock()
+        self.loading, self.log = False, None
+
+    def begin(self):
+        """Have it started, and return at once: OpenCASCADE loads while this process does something else."""
+        with self.lock:
+            if not self.runs():
+                self.start()
 
     def run(self, module, arguments, errors, timeout):
         """The same as run_alone; a job at a time."""
@@ -77,35 +88,39 @@ class Forked:
         request = json.dumps([module, arguments, errors]).encode() + b"\n"
         with self.lock:
             try:
-                reply = "ready" if self.ready() else self.start(errors, end)
+                if not self.runs():
+                    self.start()
+                reply = self.reply(end) if self.loading else "ready"
                 if reply == "ready":
+                    self.loading = False
                     self.process.stdin.write(request)
                     reply = self.reply(end)
                 if reply:
                     return int(reply)
                 # It has ended, or must be.
                 code = None if reply is None else self.process.wait() or 1
+                if self.loading and code:
+                    self.log.seek(0)
+                    Path(errors).write_bytes(self.log.read())
                 self.stop()
                 return code
             except BaseException:
                 self.stop()
                 raise
 
-    def ready(self):
+    def runs(self):
         """Whether it runs; one that idled too long has ended."""
         return self.process is not None and self.owner == os.getpid() and self.process.poll() is None
 
-    def start(self, errors, end):
-        """What it says once OpenCASCADE is loaded."""
+    def start(self):
         self.stop()
         command, environment = command_and_environment(FORKER)
-        with open(errors, "wb") as log:
-            self.process = subprocess.Popen(
-                command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log,
-                bufsize=0, start_new_session=True,
-            )  # fmt: skip
-        self.owner = os.getpid()
-        return self.reply(end)
+        self.log = tempfile.TemporaryFile()
+        self.process = subprocess.Popen(
+            command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log,
+            bufsize=0, start_new_session=True,
+        )  # fmt: skip
+        self.owner, self.loading = os.getpid(), True
 
     def reply(self, end):
         """Its next line, "" where it has ended, None where that takes too long."""
@@ -119,7 +134,7 @@ class Forked:
         process, self.process = self.process, None
         if process is None:
             return
-        for stream in (process.stdin, process.stdout):
+        for stream in (process.stdin, process.stdout, self.log):
             stream.close()
         if self.owner == os.getpid():
             if process.poll() is None:

@@ -1,9 +1,12 @@
 """The process that has OpenCASCADE loaded and forks a child for each job: loading takes a second, a fork milliseconds.
 
+Without Python's garbage collector, which finds nothing among the classes of the binding, loading takes an eighth less.
+
 Requests come one a line, [module, arguments, file for error messages]; the child runs main(*arguments) of the module
 and may crash. The reply is its exit code, negative for a signal. The process ends with its parent, or when idle.
 """
 
+import gc
 import json
 import os
 import select
@@ -19,8 +22,11 @@ def serve_jobs():
     # What a job prints must not look like a reply.
     replies = os.dup(1)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    gc.disable()
     for module in LOADED:
         import_module(module)
+    gc.freeze()
+    gc.enable()
     os.write(replies, b"ready\n")
     while select.select([0], [], [], IDLE)[0]:
         line = sys.stdin.readline()

@@ -40,6 +40,12 @@ def key_of(path, sew):
     return digest.hexdigest()
 
 
+def holds(key):
+    """Whether something is kept under a key."""
+    home = folder()
+    return home is not None and key is not None and (home / f"{key}.pickle").is_file()
+
+
 def recall(key):
     """The result kept under a key, or None."""
     home = folder()

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cadlink import read_cache
+from cadlink.ahead import HEAD, MARK, SEW, begin_to_load
 from cadlink.child import in_child, run_module
 from cadlink.edges import edge_polyline
 from cadlink.errors import CadError, UnknownPart
@@ -21,7 +22,6 @@ from cadlink.pick import pick_faces
 from cadlink.shifted import shifted
 
 TIMEOUT = 300.0  # s
-SEW = 1e-3  # mm
 READER = "cadlink.brep"
 TESSELLATOR = "cadlink.tessellation"
 
@@ -250,18 +250,22 @@ def check_step(path):
         raise CadError(f"{path}: found a folder, expected a STEP file")
     try:
         with open(path, "rb") as stream:
-            head = stream.read(4096)
+            head = stream.read(HEAD)
     except FileNotFoundError:
         raise CadError(f"{path}: no such file, expected a STEP file") from None
     except OSError as error:
         raise CadError(f"{path}: cannot be read ({error.strerror}), expected a STEP file") from None
     if not head:
         raise CadError(f"{path}: found an empty file, expected STEP (ISO-10303-21)")
-    if b"ISO-10303-21" not in head:
+    if MARK not in head:
         start = head[:24].decode("ascii", "replace")
         raise CadError(f"{path}: not a STEP file: starts with {start!r}, expected 'ISO-10303-21'")
 
 
 def read_in_child(path, timeout, sew=SEW):
     """What the reading process returns, or {"error": line} if it crashed or hung."""
+    begin_to_load()
+    # Meanwhile this process loads numba, which the surface of a part needs.
+    import cadlink.surface  # noqa: F401
+
     return run_module(READER, [str(path.resolve()), repr(float(sew))], timeout, "reading it")

@@ -38,6 +38,9 @@ def inspect(file: Path, *, thickness: float | None = None, as_json: Json = False
     thickness
         Sheet thickness in mm: slivers and concave radii are measured against it.
     """
+    from cadlink.ahead import expect_step
+
+    expect_step(file)
     from .inspect_step import describe, parts_table, remarks_on
 
     parts = describe(file, thickness)
@@ -57,6 +60,7 @@ def check(scene: Path, *, as_json: Json = False):
     scene
         Scene file (TOML).
     """
+    expect_cad(scene)
     from .check_scene import check_scene
 
     checked = check_scene(scene)
@@ -86,6 +90,7 @@ def run(
     resume
         Go on from the folder's checkpoint.
     """
+    expect_cad(scene)
     from .run_folder import run_in_folder
 
     summary = run_in_folder(scene, output, resume)
@@ -265,6 +270,20 @@ def schema():
     from .scene_keys import SceneKeys
 
     print_json(SceneKeys.model_json_schema())
+
+
+def expect_cad(scene):
+    """OpenCASCADE loads on another core while the solver does, where the scene's STEP file must be read."""
+    import tomllib
+
+    from cadlink.ahead import expect_step
+
+    try:
+        cad = tomllib.loads(scene.read_text(encoding="utf-8")).get("cad")
+    except (OSError, ValueError):  # whoever reads the scene has the line for it
+        return
+    if isinstance(cad, str):
+        expect_step(scene.parent / cad)
 
 
 def print_table(*tables):

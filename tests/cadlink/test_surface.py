@@ -204,7 +204,10 @@ def test_crease_inside_a_bspline_is_an_edge():
 
 
 def test_a_foot_on_a_sharp_edge_stays_the_nearest_until_a_face_is_below_the_point():
-    """A plate with a hole: at a outside and b above its edge the point may move by the smaller of the two, or SKIN."""
+    """A plate with a hole: at a outside and b above its edge the point may move by the smaller of the two.
+
+    Beyond SKIN the search need not tell all of it.
+    """
     hole = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(50.0, 40.0, -1.0), gp_Dir(0, 0, 1)), 10.0, 22.0).Shape()
     surface = part_of(BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(100.0, 80.0, 20.0).Shape(), hole).Shape()).surface()
     a, b = (x.ravel() for x in np.meshgrid([0.01, 0.05, 0.3, 1.0], [0.02, 0.08, 0.5, 1.5]))
@@ -214,9 +217,11 @@ def test_a_foot_on_a_sharp_edge_stays_the_nearest_until_a_face_is_below_the_poin
     inside = np.column_stack([50.0 + (10.0 - a) * np.cos(angle), 40.0 + (10.0 - a) * np.sin(angle), 20.0 + b])
     hit = surface.project(beside)
     assert hit.distance == pytest.approx(np.hypot(a, b), abs=1e-12)
-    assert hit.seed[:, REACH] == pytest.approx(np.minimum(SKIN, np.minimum(a, b)), abs=1e-6)
+    reach, room = hit.seed[:, REACH], np.minimum(a, b)
+    assert (reach <= room + 1e-6).all()
+    assert (reach >= np.minimum(SKIN, room) - 1e-6).all()
     # The same over the rim of the hole.
     hit = surface.project(inside)
     assert hit.distance == pytest.approx(np.hypot(a, b), abs=1e-12)
-    assert (hit.seed[:, REACH] > 0.5 * np.minimum(SKIN, np.minimum(a, b))).all()
-    assert (hit.seed[:, REACH] <= np.minimum(SKIN, np.minimum(a, b)) + 1e-9).all()
+    assert (hit.seed[:, REACH] > 0.5 * np.minimum(SKIN, room)).all()
+    assert (hit.seed[:, REACH] <= room + 1e-9).all()
