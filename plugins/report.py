@@ -14,7 +14,7 @@ FIGURES = {
     "iterations": ("Newton iterations, or steps", "", 1, 0),
     "iterations_per_increment": ("the same per increment", "", 1.0, 1),
     "increments_per_mm": ("increments per mm of stroke", "1/mm", 1.0, 2),
-    "damped_increments": ("damped increments", "", 1, 0),
+    "dynamic_increments": ("dynamic increments", "", 1, 0),
     "nodes_skipped": ("nodes known to be far from a tool", "%", 100.0, 1),
     "thickness_min": ("smallest thickness", "mm", 1.0, 3),
     "thickness_max": ("largest thickness", "mm", 1.0, 3),

@@ -46,8 +46,9 @@ def save_checkpoint(path, scene, method, here, state, results, energy):
         file.attrs["march"] = json.dumps([k, march.fraction, march.width, march.rates, march.placed])
         file.attrs["history"] = json.dumps(results.history)
         file.attrs["energy"] = json.dumps(energy.sums)
-        if march.damping is not None and np.isfinite(march.damping):
-            file.attrs["damping"] = march.damping
+        file.attrs["settles"] = march.settles
+        if march.mass is not None and np.isfinite(march.mass):
+            file.attrs["mass"] = march.mass
         file["rate"] = march.rate
         if march.relief is not None:
             file["relief"] = march.relief
@@ -77,7 +78,8 @@ def load_checkpoint(path, scene, method, state, results, energy):
             results.history.update(json.loads(file.attrs["history"]))
             energy.sums.update(json.loads(file.attrs["energy"]))
             relief = file["relief"][()] if "relief" in file else None
-            damping = float(file.attrs["damping"]) if "damping" in file.attrs else None
-            return k, March(fraction, width, file["rate"][()], rates, placed, relief, damping)
+            mass = float(file.attrs["mass"]) if "mass" in file.attrs else None
+            settles = bool(file.attrs["settles"])
+            return k, March(fraction, width, file["rate"][()], rates, placed, relief, mass, settles)
     except (OSError, KeyError) as error:
         raise SceneError(f"{path}: not a readable checkpoint ({error})") from None

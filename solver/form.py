@@ -69,7 +69,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
                 old.copy_from(new)
                 recorder.row(k, step, old, energy, results)
                 here = k, step.march
-                if step.march.fraction in stops and step.march.damping is None:
+                if step.march.fraction in stops and not step.march.settles:
                     keep(recorder.frame(k, step.march.fraction, old, results), results, writer)
                     save_checkpoint(checkpoint, scene, method, here, old, results, energy)
                 if watch:

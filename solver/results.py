@@ -104,8 +104,8 @@ class Results:
         return float(np.interp(stroke, self.history["stroke"], self.history[column]))
 
     def in_equilibrium(self):
-        """Which increments are equilibria, (n,) bool: all but damped ones, whose forces hold the damping too."""
-        return np.array(self.history.get("damped", np.zeros(len(self.history.get("stroke", ()))))) == 0.0
+        """Which increments are equilibria, (n,) bool: all but dynamic ones, whose forces hold inertia too."""
+        return np.array(self.history.get("dynamic", np.zeros(len(self.history.get("stroke", ()))))) == 0.0
 
     def largest_forces(self):
         """{max_force_<tool>: N} of all increments in equilibrium."""
@@ -117,16 +117,19 @@ class Results:
         }
 
     def pace(self):
-        """{iterations_per_increment; increments_per_mm, where a tool has travelled; damped_increments}"""
+        """{iterations_per_increment; tangents_per_increment; increments_per_mm, where a tool has travelled;
+        dynamic_increments}"""
         iterations = self.history.get("iterations", [])
         if not iterations:
             return {}
         found = {"iterations_per_increment": float(np.mean(iterations))}
+        if any(self.history.get("tangents", [])):
+            found["tangents_per_increment"] = float(np.mean(self.history["tangents"]))
         way = np.diff(self.history["stroke"], prepend=0.0)
         drawn = np.isin(self.history["stage"], self.travelled) & ((way > 0.0) | ~self.in_equilibrium())
         if way[drawn].any():
             found["increments_per_mm"] = float(drawn.sum() / way[drawn].sum())
-        return found | {"damped_increments": int(np.sum(~self.in_equilibrium()))}
+        return found | {"dynamic_increments": int(np.sum(~self.in_equilibrium()))}
 
     def remarks(self):
         """What a reader has to know: what explicit stages chose, from which stroke a membrane wants to wrinkle or a
@@ -155,7 +158,7 @@ class Results:
             lost = self.energy.get("damping", 0.0) / max(abs(self.energy.get("external", 0.0)), 1e-300)
             found.append(
                 f"from {stroke[snapping][0]:.3g} mm on, the sheet snaps: {np.count_nonzero(snapping)} increments were "
-                f"damped, which took {100 * lost:.2g} % of the work"
+                f"dynamic: inertia took {100 * lost:.2g} % of the work"
             )
         kinetic = np.array(self.history.get("kinetic_share", np.zeros(len(stroke))))
         moving = (kinetic > LARGEST_KINETIC_SHARE) & (stroke > SET_OUT * stroke[-1])

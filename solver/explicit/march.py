@@ -39,6 +39,8 @@ class Steps(NamedTuple):
 
     iterations: int
     residuals: list
+    tangents: int = 0
+    dynamic: bool = False  # as an exception
 
 
 class Recorded(NamedTuple):

@@ -10,7 +10,7 @@ so there is no uniform mass scaling: both are the same knob.
 from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 
-from ..scene import AXES
+from ..pace import reach
 
 PREPARATION = 0.25  # of a stage's time: loads of the last stage fade, tools that press come to bear
 
@@ -55,10 +55,7 @@ class Pacing:
 
 def wave_time(sheet, density):
     """Time in which a transverse wave at the yield stress goes from the blank's middle to its farthest side [s]."""
-    planes = sheet.blank.symmetry_planes
-    extent = sheet.points.max(axis=0) - sheet.points.min(axis=0)
-    reach = max(extent[axis] * (1.0 if AXES[axis] in planes else 0.5) for axis in range(3))
-    return float(reach / sqrt(sheet.blank.material.initial_yield_stress / density))
+    return reach(sheet) / sqrt(sheet.blank.material.initial_yield_stress / density)
 
 
 def pace(sheet, method):

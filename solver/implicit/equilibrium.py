@@ -17,7 +17,9 @@ from ..elements.assembly import gather_blocks, gather_forces
 from ..loads import Loads
 from ..scene import AXES
 from ..springback import least_supports
-from .damping import drag, tool_drag
+from .inertia import Motion
+
+NO_STIFFNESS = np.empty((0, 0, 0))
 
 
 class Tangent(NamedTuple):
@@ -46,7 +48,7 @@ class Equilibrium:
         self.beads, self.uplifts = build_beads(stage, sheet, method), {}
         self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
         self.contact = np.empty((n, 3))
-        self.damping, self.snapped = 0.0, False  # N/mm^3, and whether there was any in this stage: see damping.py
+        self.motion, self.snapped = Motion(sheet, self.driven), False  # see inertia.py; whether there was any
         self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
         self.foot_blocks = np.empty((n, 3, 3))
         self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))
@@ -117,31 +119,33 @@ class Equilibrium:
         The first evaluation of an increment remembers who touched: those nodes enter the tangent even where the
         sheet has thinned away from the tool meanwhile.
         """
-        self.first, self.state, self.fraction = first, new, fraction
+        self.first, self.old, self.state, self.fraction = first, old, new, fraction
         elements, material, sheet = self.sheet.elements, self.sheet.blank.material, new.sheet
         n = len(sheet.x)
         elements.strain(sheet)
         material.update(sheet.metric, old.sheet, sheet)
         elements.forces(sheet, self.slot_force)
-        elements.stiffness(sheet, self.stiffness)
         gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
-        self.loads.apply(sheet, fraction, self.stiffness)
-        for run in self.beads:
-            name = run.bead.name
-            places = old.sheet.x, sheet.x, sheet.external[:n]
-            run.pull(old.beads[name], new.beads[name], *places, self.stiffness)
+        self._load(NO_STIFFNESS)
         self.contact[:] = 0.0
         for run in self.tools:
             self._touch(run, old, new)
         residual = sheet.external - sheet.internal
         residual[:n] += self.contact
-        if self.damping:
-            residual[:n] -= drag(self.damping, self.sheet, old, new)
+        residual[:n] -= self.motion.on_nodes(old, new)
         scale = max(np.linalg.norm(f) for f in (sheet.internal, sheet.external, self.contact))
         residual[self.fixed] = 0.0
         unborne = [balance(self.pressing(run, fraction), new, self.uplifts.get(run.tool.name)) for run in self.driven]
-        unborne = np.concatenate([*unborne, np.zeros(0)]) - tool_drag(self.damping, self.sheet, self.driven, old, new)
+        unborne = np.concatenate([*unborne, np.zeros(0)]) - self.motion.on_tools(old, new)
         return residual, unborne, scale
+
+    def _load(self, stiffness):
+        """Fill the external forces, and add what loads that follow the sheet have to the triangles' stiffness."""
+        sheet = self.state.sheet
+        self.loads.apply(sheet, self.fraction, stiffness)
+        for run in self.beads:
+            before, now = (state.beads[run.bead.name] for state in (self.old, self.state))
+            run.pull(before, now, self.old.sheet.x, sheet.x, sheet.external[: len(sheet.x)], stiffness)
 
     def _touch(self, run, old, new):
         before, after = old.tools[run.tool.name], new.tools[run.tool.name]
@@ -188,6 +192,8 @@ class Equilibrium:
     def tangent(self):
         """Tangent of the state evaluated last."""
         pattern = self.sheet.pattern
+        self.sheet.elements.stiffness(self.state.sheet, self.stiffness)
+        self._load(self.stiffness)
         n_slots = self.slot_force.shape[1]
         gather_blocks(
             self.stiffness, n_slots, pattern.n_translations, pattern.block_first, pattern.block_slot, self.blocks
@@ -195,7 +201,7 @@ class Equilibrium:
         n = len(self.sheet.points)
         for blocks in self.contact_blocks.values():
             self.blocks[pattern.diagonal[:n]] += blocks
-        self.blocks[pattern.diagonal[:n]] += (self.damping * self.sheet.area)[:, None, None] * np.eye(3)
+        self.blocks[pattern.diagonal[:n]] += (self.motion.stiffness * self.sheet.area)[:, None, None] * np.eye(3)
         k = sum(1 + len(run.drive.axes) for run in self.driven)
         column, row, corner = np.zeros((*self.fixed.shape, k)), np.zeros((*self.fixed.shape, k)), np.zeros((k, k))
         first = 0
@@ -207,6 +213,6 @@ class Equilibrium:
                 self.pressing(run, self.fraction), self.state, self.contact_blocks[name], self.uplifts.get(name)
             )
             column[:n, :, own], row[:n, :, own], corner[own, own] = parts
-        corner += self.damping * self.sheet.area.sum() * np.eye(k)
+        corner += self.motion.stiffness * self.sheet.area.sum() * np.eye(k)
         column[self.fixed] = row[self.fixed] = 0.0
         return Tangent(self.blocks, column, row, corner)

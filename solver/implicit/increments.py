@@ -8,13 +8,15 @@ import numpy as np
 from ..elements.formulation import Membrane
 from ..energy import work_of
 from ..errors import StepFailed
-from .damping import LIGHT, RESORT, Damper, dissipated
 from .equilibrium import Equilibrium
+from .inertia import LIGHT, PATIENCE, RESORT, SLACKEN, Inertia, Motion
 from .newton import Outcome, solve_increment
 from .sparse import SparseSolver
 
 log = logging.getLogger("cadlink")
 GROW, SHRINK, CUT = 1.5, 0.7, 0.3
+DYNAMIC = 6  # tangents of an increment with inertia that does not grow
+FAR = 0.1  # by which nodes may outrun the tools in it, relative to the mesh size
 NEGLIGIBLE = 1e-5  # unbalanced force at a stage's start, relative to the least scale of forces
 RELIEF = 0.25  # first increment of what is relieved before a stage
 
@@ -23,8 +25,8 @@ class March(NamedTuple):
     """Where a stage stands. fraction : of the stage, 0..1; before that, -1..0, what the last stage left unbalanced is
     relieved; width : of the next increment; rate : (n + k, 3) and rates {tool: mm}, movement per fraction of the last
     increment, for the prediction; placed : {tool: (travel at the stage's start [mm], sign of the axis that leads to
-    the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known; damping : resistance in
-    the next increment [N/mm^3], None where it has none (damping.py)."""
+    the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known; mass : of the sheet in
+    the next increment [N/mm^3], None where it has none (inertia.py); settles : tools stand until it is at rest."""
 
     fraction: float
     width: float
@@ -32,7 +34,8 @@ class March(NamedTuple):
     rates: dict
     placed: dict
     relief: np.ndarray | None = None
-    damping: float | None = None
+    mass: float | None = None
+    settles: bool = False
 
 
 class Accepted(NamedTuple):
@@ -46,15 +49,25 @@ class Accepted(NamedTuple):
     notes: tuple = ()
 
 
+class Widths(NamedTuple):
+    """First and largest increment as fractions of the stage; way : that nodes may outrun the tools by in one, and path
+    of the fastest tool [mm]; swift, slow : see method.py."""
+
+    first: float
+    largest: float
+    way: float
+    path: float
+    swift: int
+    slow: int
+
+
 def widths(stage, sheet, increments):
-    """First and largest increment as fractions of the stage."""
-    length = stage.path
-    if length == 0.0:
-        return 0.01, 0.05
-    return (
-        min(increments.first * sheet.blank.thickness / length, 0.1),
-        min(increments.largest * sheet.size / length, 0.1),
-    )
+    """Widths of a stage's increments."""
+    first, largest, path = 0.01, 0.05, stage.path
+    if path > 0.0:
+        first = min(increments.first * sheet.blank.thickness / path, 0.1)
+        largest = min(increments.largest * sheet.size / path, 0.1)
+    return Widths(first, largest, FAR * sheet.size, path, increments.swift, increments.slow)
 
 
 def start_march(stage, sheet, method, placed):
@@ -69,7 +82,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     """
     equilibrium = Equilibrium(sheet, stage, tools, method, old)
     solver = SparseSolver(sheet.pattern.block_row, sheet.pattern.block_column, ~equilibrium.fixed)
-    first, largest = widths(stage, sheet, method.increments)
+    limits = widths(stage, sheet, method.increments)
     floor = 1e-3 * sheet.blank.material.initial_yield_stress * sheet.blank.thickness * sheet.size
     place = begun
     if place.relief is None:
@@ -77,96 +90,101 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         place = place._replace(relief=relief)
         if np.linalg.norm(relief) <= NEGLIGIBLE * floor:
             # Nothing to relieve: tools that press find their balance in one go, without any the stage starts at once.
-            place = place._replace(width=1.0) if equilibrium.driven else place._replace(fraction=0.0, width=first)
+            presses = bool(equilibrium.driven)
+            place = place._replace(width=1.0) if presses else place._replace(fraction=0.0, width=limits.first)
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
-    damper, dragged, cuts = Damper(sheet), 0.0, 0
-    if place.width == 0.0 and place.damping is None:
-        # Resumed where damping was given up: the sheet is still on its way.
-        place = place._replace(damping=damper.start())
-    while place.fraction < end or place.damping is not None:
+    inertia, pushed, cuts, resting = Inertia(sheet), 0.0, 0, 0
+    while place.fraction < end or place.settles:
         relieving = place.fraction < 0.0
-        least = 0.1 * RELIEF if relieving else first
+        least = 0.1 * RELIEF if relieving else limits.first
         width, fraction = target(place, stops)
-        equilibrium.damping, equilibrium.snapped = place.damping or 0.0, damper.known
+        motion = Motion(sheet, equilibrium.driven, place.mass, width, place.rate, place.rates)
+        equilibrium.motion, equilibrium.snapped = motion, inertia.known
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
         equilibrium.begin(old, new, max(fraction, 0.0) - max(place.fraction, 0.0))
         outcome = solve_increment(equilibrium, solver, old, new, fraction, method, floor)
         trail = " ".join(f"{r:.1e}" for r in outcome.residuals)
+        outcome.dynamic = place.mass is not None
         if not outcome.converged:
             cuts += 1
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
-            place = retreat(place, width, least, damper, outcome.snaps)
-            if place.damping == np.inf:
-                raise failure(stage, sheet, place, f"{outcome.reason}, also with damping")
+            place = retreat(place, width, least, inertia, outcome.snaps)
+            if place.mass == np.inf:
+                raise failure(stage, sheet, place, f"{outcome.reason}, also with inertia")
             continue
-        log.info("fraction %.4f: %d iterations, residuals %s", fraction, outcome.iterations, trail)
+        kind = f"{width:.1e} with inertia" if outcome.dynamic else "static"
+        log.info("fraction %.4f (%s): %d iterations, residuals %s", fraction, kind, outcome.iterations, trail)
         work = work_of(sheet, old, new, tools)
         rubbed = equilibrium.lost_in_beads(old, new)
         work["friction"] += rubbed
         work["external"] += rubbed
-        lost, dragged = dissipated(dragged, place.damping, sheet, equilibrium.driven, old, new)
-        # work_of takes sheet and tools to be in equilibrium: what the resistance holds comes from outside too.
+        before, pushed = pushed, motion.forces(old, new)
+        lost = motion.work(before, pushed, old, new)
+        # work_of takes sheet and tools to be in equilibrium: what inertia holds comes from outside too.
         work["damping"] += lost
         work["external"] += lost
-        largest_now = RELIEF if relieving else largest
-        if place.damping is None or width > 0.0:
-            place = onward(place, width, outcome.iterations, old, new, first, largest_now, method)
-        if place.damping is not None:
-            held = np.linalg.norm(dragged) > LIGHT * np.linalg.norm(new.sheet.internal)
-            place = ease(place, outcome, damper, held or fraction in (0.0, end) or fraction in stops, least)
-        place = place._replace(fraction=1.0 if fraction == end and place.damping is None else fraction)
+        light = np.linalg.norm(pushed) <= LIGHT * np.linalg.norm(new.sheet.internal)
+        resting = resting + 1 if place.settles else 0
+        place = onward(place, width, fraction, outcome, old, new, limits)
+        place = come_to_rest(place, width, inertia, light, fraction in (0.0, end), limits.first)
         yield Accepted(place, outcome, cuts, work)
-        if place.damping == np.inf:
-            raise failure(stage, sheet, place, f"the sheet still moves after {damper.steps} damped steps")
+        if resting > PATIENCE:
+            raise failure(stage, sheet, place, f"the sheet still moves after {resting} steps")
 
 
 def target(place, stops):
     """Width of the next increment and the fraction it ends at: no further than a stop, and no sliver before one."""
-    if place.width == 0.0:
-        return 0.0, place.fraction
+    if place.settles:
+        return place.width, place.fraction
     ahead = 0.0 if place.fraction < 0.0 else stops[np.searchsorted(stops, place.fraction + 1e-9)]
     if place.fraction + 1.2 * place.width >= ahead:
         return ahead - place.fraction, ahead
     return place.width, place.fraction + place.width
 
 
-def retreat(place, width, least, damper, snaps):
-    """The march after an increment that did not converge: a shorter one, then a damped one, then shorter ones with more
-    damping; without end (inf) where that does not help either."""
-    if place.damping is not None:
-        return place._replace(damping=damper.after_failure(place.damping), width=CUT * width)
-    shortest = np.inf if snaps and damper.known else RESORT * least
-    if CUT * width >= shortest and place.fraction >= 0.0:
+def retreat(place, width, least, inertia, snaps):
+    """The march after an increment that did not converge: a shorter one; one with inertia where none is short enough;
+    with more of it where that does not help either, and without end (inf) in the end."""
+    if place.mass is None:
+        at_once = place.fraction < 0.0 or place.settles or snaps and inertia.known
+        shortest = np.inf if at_once else RESORT * least
+        if CUT * width >= shortest:
+            return place._replace(width=CUT * width)
+        log.info("no equilibrium nearby: increments with inertia")
+        return place._replace(mass=inertia.first(), width=max(CUT * width, least))
+    if CUT * width >= RESORT * least:
         return place._replace(width=CUT * width)
-    log.info("no equilibrium nearby: damped increments")
-    # The resistance holds back what moves with the tools, too: that takes a short step, but where no tool travels.
-    return place._replace(damping=damper.start(), width=least if place.fraction >= 0.0 else max(CUT * width, least))
+    return place._replace(mass=inertia.after_failure(place.mass), width=least)
 
 
-def ease(place, outcome, damper, waits, least):
-    """The march after a damped increment: less damping in the next one, which goes on with the stroke unless it waits:
-    for the resistance to become light, and at stops for equilibrium without any."""
-    damping = damper.after_success(place.damping, outcome.iterations)
-    if waits and damping is not None:
-        return place._replace(damping=damping, width=0.0, rate=0.0 * place.rate, rates=dict.fromkeys(place.rates, 0.0))
-    return place._replace(damping=damping, width=place.width or CUT * least)
-
-
-def onward(place, width, iterations, old, new, first, largest, method):
-    """The march after an accepted increment: its rates, and the width of the next one."""
-    if place.fraction < 0.0:
-        rate, rates = np.zeros_like(place.rate), dict.fromkeys(place.rates, 0.0)
-    else:
-        rate = (new.sheet.u - old.sheet.u) / width
-        rates = {k: float(c.travel[0] - old.tools[k].travel[0]) / width for k, c in new.tools.items()}
-    if place.fraction < 0.0 <= place.fraction + 1.0000001 * width:
-        return place._replace(width=first, rate=rate, rates=rates)
-    scale = GROW if iterations <= method.increments.swift else SHRINK if iterations > method.increments.slow else 1.0
+def onward(place, width, fraction, outcome, old, new, limits):
+    """The march after an accepted increment: where it is, its rates, and the width of the next one."""
+    rate = (new.sheet.u - old.sheet.u) / width
+    rates = {k: float(c.travel[0] - old.tools[k].travel[0]) / width for k, c in new.tools.items()}
+    if fraction <= 0.0 and place.mass is None:
+        rate, rates = 0.0 * rate, dict.fromkeys(rates, 0.0)
+    scale = GROW if outcome.tangents <= limits.swift else SHRINK if outcome.tangents > limits.slow else 1.0
+    if place.mass is not None:
+        # A sheet on its way to elsewhere goes there in short steps of a few iterations.
+        ahead = np.abs(new.sheet.x - old.sheet.x).max() - width * limits.path
+        scale = np.clip(min(DYNAMIC / outcome.tangents, limits.way / max(ahead, 1e-6 * limits.way)), SHRINK, GROW)
     # A stop that shortened this increment does not shorten the next.
     wider = max(scale * width, place.width if scale >= 1.0 else 0.0)
-    return place._replace(width=min(wider, largest), rate=rate, rates=rates)
+    largest = RELIEF if place.fraction < 0.0 else limits.largest
+    return place._replace(fraction=fraction, width=min(wider, largest), rate=rate, rates=rates)
+
+
+def come_to_rest(place, width, inertia, light, stands, first):
+    """The march after an increment with or without inertia: less of it in the next one, and where the tools stand, rest
+    before they go on. width : of this increment; light : inertia was small in it"""
+    if place.mass is None:
+        return place._replace(settles=False, width=first) if stands else place
+    mass = inertia.after_success(place.mass, light)
+    if not stands:
+        return place._replace(mass=mass)
+    return place._replace(mass=None if light else mass or place.mass, settles=True, width=SLACKEN * width)
 
 
 def failure(stage, sheet, place, reason):

@@ -13,36 +13,53 @@ ACCEPT = 0.8  # share of the starting energy slope below which a step is taken a
 AUGMENTATIONS = 10
 UPHILL = 3  # corrections against the residual: no stable equilibrium is near
 BUCKLING = 3e-5, 1e-2  # residuals that tell of that, and not of a contact that opens and closes
+NEAR = 1e-2  # residual below which a tangent may serve again,
+QUICK, SLOWER = 0.1, 0.3  # and the falls of the residual by a new one and by a used one that let it
+STALL = 6  # iterations in which the residual has to halve
 LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
 @dataclass
 class Outcome:
-    """How an increment went. residuals: relative out-of-balance force of every iteration; snaps: corrections kept going
+    """How an increment went. residuals: relative out-of-balance force of every iteration; tangents: iterations
+    that took a new one; dynamic: it had inertia; snaps: corrections kept going
     against the residual, as where the sheet buckles."""
 
     converged: bool = False
     snaps: bool = False
     iterations: int = 0
+    tangents: int = 0
+    dynamic: bool = False
     augmentations: int = 0
     residuals: list = field(default_factory=list)
     reason: str = ""
 
 
-def correction(solver, tangent, residual, balance, softest):
-    """Movement of the nodes (n, 3) and of the tools that carry loads (k,) that the tangent asks for.
+class Linear:
+    """The linear system of a correction, with its factors: they serve again where the tangent has hardly changed.
 
-    Tools are eliminated by bordering. softest : (k,) least stiffness of a tool under its load [N/mm]
+    Tools that carry loads are eliminated by bordering.
     """
-    solver.factorize(tangent.blocks)
-    if not len(balance):
-        return solver.solve(residual), balance
-    answers = solver.solve(np.concatenate([residual[:, :, None], tangent.column], axis=2))
-    free, coupled = answers[:, :, 0], answers[:, :, 1:]
-    softer = np.diag(np.maximum(softest - np.diagonal(tangent.corner), 0.0))
-    schur = tangent.corner + softer - np.einsum("ncj,nck->jk", tangent.row, coupled)
-    tools = np.linalg.solve(schur, balance - np.einsum("ncj,nc->j", tangent.row, free))
-    return free - coupled @ tools, tools
+
+    def __init__(self, solver):
+        self.solver = solver
+
+    def renew(self, tangent, softest):
+        """Take a new tangent. softest : (k,) least stiffness of a tool under its load [N/mm]"""
+        self.solver.factorize(tangent.blocks)
+        self.row = tangent.row
+        if len(softest):
+            self.coupled = self.solver.solve(tangent.column)
+            softer = np.diag(np.maximum(softest - np.diagonal(tangent.corner), 0.0))
+            self.schur = tangent.corner + softer - np.einsum("ncj,nck->jk", self.row, self.coupled)
+
+    def correction(self, residual, balance):
+        """Movement of the nodes (n + k, 3) and of the tools that carry loads (k,) that it asks for."""
+        free = self.solver.solve(residual)
+        if not len(balance):
+            return free, balance
+        tools = np.linalg.solve(self.schur, balance - np.einsum("ncj,nc->j", self.row, free))
+        return free - self.coupled @ tools, tools
 
 
 def solve_increment(equilibrium, solver, old, new, fraction, method, scale_floor):
@@ -76,20 +93,26 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
     """Newton iterations at fixed multipliers; fills out."""
     newton, size = method.newton, equilibrium.sheet.size
     softest = least_stiffnesses(equilibrium.driven, equilibrium.skin, size)
+    if equilibrium.motion.stiffness:
+        softest = 0.0 * softest  # inertia carries a tool that nothing else does
 
     def trial(first=False):
         residual, balance, scale = equilibrium.evaluate(old, new, fraction, first)
         return Trial(residual, balance, relative(residual, balance, scale, scale_floor))
 
-    here, moved, uphill = trial(first=True), np.inf, 0
+    here, moved, uphill, begun = trial(first=True), np.inf, 0, len(out.residuals)
     least = 0.0 if equilibrium.snapped else BUCKLING[0]
+    linear, serves = Linear(solver), False
     for _ in range(newton.iterations):
         out.residuals.append(here.error)
         if not np.isfinite(here.error):
             out.reason = "the residual is not a number"
             return
         try:
-            dx, dw = correction(solver, equilibrium.tangent(), here.residual, here.balance, softest)
+            if not serves:
+                linear.renew(equilibrium.tangent(), softest)
+                out.tangents += 1
+            dx, dw = linear.correction(here.residual, here.balance)
         except (RuntimeError, np.linalg.LinAlgError):
             out.reason = "the tangent is singular"
             return
@@ -107,14 +130,26 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             return
         before = here
         here, step = line_search(trial, before, Path(new, equilibrium.driven, dx, dw), newton.residual)
+        if stalls(out.residuals[begun:], here.error):
+            out.residuals.append(here.error)
+            out.converged = here.error <= newton.enough
+            out.reason = f"the residual stays at {here.error:.1e}"
+            return
         # The next correction, if the residual's fall goes on: what the movement still lacks.
         moved = step * np.abs(dx).max()
-        lacking = moved * min(1.0, here.error / max(before.error, 1e-300)) if step == cap == 1.0 else moved
+        fall = here.error / max(before.error, 1e-300)
+        serves = step == cap == 1.0 and here.error < NEAR and fall < (SLOWER if serves else QUICK)
+        lacking = moved * min(1.0, fall) if step == cap == 1.0 else moved
         if here.error <= newton.residual and lacking <= newton.correction * size:
             out.residuals.append(here.error)
             out.converged = True
             return
     out.reason = f"residual {here.error:.1e} of {newton.residual:.0e}, last movement {moved:.1e} mm"
+
+
+def stalls(residuals, last):
+    """Whether the residual has not halved in the last iterations, as where a node comes and goes."""
+    return len(residuals) > STALL and min([*residuals[-STALL + 1 :], last]) > 0.5 * min(residuals[: -STALL + 1])
 
 
 class Trial(NamedTuple):

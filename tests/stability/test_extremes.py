@@ -52,7 +52,7 @@ def test_holder_force_from_none_to_tearing(tmp_path):
     assert (np.diff(largest) > 0.0).all()
     # A holder that rests on the sheet with next to nothing changes next to nothing.
     assert largest[1] == pytest.approx(largest[0], rel=1e-3)
-    assert not any(run.pace()["damped_increments"] for run in runs)
+    assert not any(run.pace()["dynamic_increments"] for run in runs)
 
 
 @ELEMENTS

@@ -1,4 +1,4 @@
-"""A shallow roof under a dead load beyond its limit point: damped increments carry it to the far side."""
+"""A shallow roof under a dead load beyond its limit point: dynamic increments carry it to the far side."""
 
 from dataclasses import replace
 
@@ -32,11 +32,11 @@ def test_a_roof_snaps_through_and_settles_in_equilibrium():
     # The published curve has this load on its last, rising branch; the mesh is the coarsest of the benchmark.
     far = fallen > 20.0
     assert fall == pytest.approx(np.interp(load, share[far], fallen[far]), rel=0.05)
-    # The same place reached by pushing the node there holds the same force: the damping has faded.
+    # The same place reached by pushing the node there holds the same force: it has come to rest.
     held = pushed(moved={"A": (None, None, -fall)})
     assert -held.history["reaction_A_z"][-1] == pytest.approx(FULL * load, rel=1e-3)
     # What the snap sets free is dissipated, and counted.
-    assert any(snapped.history["damped"]) and not any(held.history["damped"])
+    assert any(snapped.history["dynamic"]) and not any(held.history["dynamic"])
     energy = snapped.energy
     assert 0.0 < energy["damping"] < energy["external"]
     assert abs(energy["imbalance"]) < 0.05 * energy["external"]
@@ -48,14 +48,14 @@ def test_a_run_stopped_while_it_snaps_goes_on_from_there(tmp_path):
     share, fallen = np.array(ROOF.curve).T
     scene = roof(forces={"A": (0.0, 0.0, -1.2 * FULL * share[fallen < 15.0].max())})
     whole = form(scene, frames=10)
-    damped = np.flatnonzero(whole.history["damped"])
+    moving = np.flatnonzero(whole.history["dynamic"])
 
     def stop(progress):
-        if progress.increment == damped[-1] + 1:
+        if progress.increment == moving[-1] + 1:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         form(scene, save=tmp_path / "roof.pvd", frames=10, watch=stop)
     rest = form(scene, save=tmp_path / "roof.pvd", frames=10, resume=True)
-    assert rest.finished and not rest.history["damped"][-1]
+    assert rest.finished and not rest.history["dynamic"][-1]
     assert rest.frames[-1].points == pytest.approx(whole.frames[-1].points, abs=1e-3 * fallen.max())
