@@ -155,6 +155,7 @@ class SplineShell:
     cells: tuple
     degree: int = 4
     drawn: float = 1.0
+    points: int = 3
 
     def __post_init__(self):
         case, p = self.case, self.degree
@@ -165,8 +166,8 @@ class SplineShell:
             size * np.concatenate([np.zeros(p), np.linspace(0.0, 1.0, n + 1) ** self.drawn, np.ones(p)])
             for size, n in zip(sizes, self.cells, strict=True)
         ]
-        along, weight_s, s, self.span_s = spline_values(knots[0], p, p + 1)
-        across, weight_t, _, self.span_t = spline_values(knots[1], p, p + 1)
+        along, weight_s, s, self.span_s = spline_values(knots[0], p, self.points)
+        across, weight_t, _, self.span_t = spline_values(knots[1], p, self.points)
         self.along, self.across = np.ascontiguousarray(along), np.ascontiguousarray(across)
         self.weight = weight_s[:, None, :, None] * weight_t[None, :, None, :]
         sin, cos, zero = np.sin(s / radius), np.cos(s / radius), np.zeros_like(s)
@@ -176,7 +177,9 @@ class SplineShell:
         # The normal x_s x x_t points outward (x, y, z right-handed: (cos, 0, -sin) x (0, 1, 0) = (sin, 0, cos)).
         self.curvature = np.array([-1.0 / radius, 0.0, 0.0])
         nu = case.poisson
-        self.stiffness = case.young / (1.0 - nu**2) * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 - 0.5 * nu]])
+        self.stiffness = (
+            case.young / (1.0 - nu**2) * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 - 0.5 * nu]])
+        )
         self.shape = len(knots[0]) - p - 1, len(knots[1]) - p - 1
         self._unknowns(knots, sizes)
         self._pattern()
