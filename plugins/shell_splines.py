@@ -13,17 +13,19 @@ from math import sqrt
 
 import numpy as np
 from numba import njit, prange
-from scipy.interpolate import BSpline, CubicSpline
+from scipy.interpolate import BSpline
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from solver.errors import StepFailed
 from solver.implicit.sparse import nested_dissection
 
-TOLERANCE, N_ITERATIONS = 1e-9, 25  # unbalanced force relative to the load, and Newton iterations of a step
+TOLERANCE, FAR = 1e-9, 1e3  # unbalanced force relative to the load: of equilibrium, and where it is out of sight
+N_ITERATIONS, FEW = 25, 6  # of Newton's method in a step
+SMALLEST = 1e-4  # step, relative to the largest
 
 
-@njit
+@njit(cache=True)
 def energy_derivatives(q, curvature, stiffness, h, gradient, hessian):
     """Fills the first (5, 3) and second (5, 3, 5, 3) derivatives of the energy per area with respect to q and returns
     the energy. curvature : (3,) initial b [ss, tt, 2 st]; stiffness : (3, 3) D; h : thickness"""
@@ -148,14 +150,13 @@ def spline_values(knots, degree, order):
 
 @dataclass
 class SplineShell:
-    """A case of `shell_problems.py` on a tube. cells : spans along s and t; degree : of the splines; drawn : power that
-    draws the knots together towards s = t = 0."""
+    """A case of `shell_problems.py` on a tube. cells : spans along s and t; degree : of the splines; points : of
+    integration, a span and direction: one less than the degree, so smooth are splines across the knots."""
 
     case: object
     cells: tuple
-    degree: int = 4
-    drawn: float = 1.0
-    points: int = 3
+    degree: int = 3
+    points: int = 2
 
     def __post_init__(self):
         case, p = self.case, self.degree
@@ -163,7 +164,7 @@ class SplineShell:
         radius = case.shape(np.zeros(1), np.zeros(1))[0, 2]
         sizes = radius * angle, length
         knots = [
-            size * np.concatenate([np.zeros(p), np.linspace(0.0, 1.0, n + 1) ** self.drawn, np.ones(p)])
+            size * np.concatenate([np.zeros(p), np.linspace(0.0, 1.0, n + 1), np.ones(p)])
             for size, n in zip(sizes, self.cells, strict=True)
         ]
         along, weight_s, s, self.span_s = spline_values(knots[0], p, self.points)
@@ -289,53 +290,41 @@ EDGES = (
 )  # rows of control points on an edge, and next to it
 
 
-def spline_path(shell, farthest, report=None):
-    """Load and probes (n, 1 + n_probes) from no load to the full load, by the movement of the loaded point, and the
-    displacements u (n_s, n_t, 3) there. farthest : movement of it in a step. Raises StepFailed."""
+def spline_path(shell, farthest):
+    """Points of the path (load, *probes) from no load up to the first beyond the full load, by the movement of the
+    loaded point, which only goes on. farthest : that movement in a step. Raises StepFailed."""
     load = shell.load()
     along = load / np.linalg.norm(load)
     u, factor = np.zeros(shell.n), 0.0
-    path = [[0.0, *shell.probes(u)]]
-    _, matrix = shell.evaluate(u)
-    solve, size, onward = shell.solver(matrix), 0.1 * farthest, None
+    solve = shell.solver(shell.evaluate(u)[1])
+    onward, size = solve(load), 0.1 * farthest
+    yield 0.0, *shell.probes(u)
     while factor < 1.0:
-        v = solve(load) if onward is None else onward
-        trial, now = u + size / (along @ v) * v, factor
-        for iteration in range(N_ITERATIONS):
-            internal, matrix = shell.evaluate(trial)
-            if not np.isfinite(internal).all():
-                break
-            if iteration:
-                error = np.linalg.norm(now * load - internal) / np.linalg.norm(load)
-                if error < TOLERANCE:
-                    break
-                if iteration > 8 and error > 1e3:
-                    error = np.inf
-                    break
-            solve = shell.solver(matrix)
-            r, v = solve(now * load - internal), solve(load)
-            change = (size - along @ (trial - u + r)) / (along @ v)
-            trial, now = trial + r + change * v, now + change
-        else:
-            error = np.inf
-        if not np.isfinite(internal).all() or error >= TOLERANCE:
+        found = correct(shell, load, along, u, factor, size / (along @ onward) * onward, size)
+        if found is None:
             size *= 0.5
-            if size < 1e-4 * farthest:
+            if size < SMALLEST * farthest:
                 raise StepFailed(f"splines: no equilibrium beyond {factor:.4f} of the load; take more cells")
             continue
-        onward, u, factor = trial - u, trial, now
-        path.append([factor, *shell.probes(u)])
-        if report:
-            report(factor, path[-1], iteration, size)
-        size = min(farthest, size * (1.5 if iteration < 7 else 0.8))
-    return np.array(path), shell.full(u)
+        reached, factor, iterations = found
+        onward, u = reached - u, reached
+        yield factor, *shell.probes(u)
+        size = min(farthest, size * (1.5 if iterations <= FEW else 0.8))
 
 
-def at_loads(path, loads):
-    """Probes (n, n_probes) where a path whose loaded point only goes on passes some loads the last time."""
-    place = CubicSpline(path[:, 1], path)
-    found = []
-    for load in loads:
-        roots = CubicSpline(path[:, 1], path[:, 0] - load).roots(extrapolate=False)
-        found.append(place(roots[-1])[1:])
-    return np.array(found)
+def correct(shell, load, along, u, factor, step, size):
+    """Equilibrium where the loaded point has moved by `size` beyond u, sought from u + step by Newton's method: the
+    unknowns, the load factor and the iterations, or None."""
+    trial = u + step
+    for iteration in range(N_ITERATIONS):
+        internal, matrix = shell.evaluate(trial)
+        error = np.linalg.norm(factor * load - internal) / np.linalg.norm(load)
+        if not np.isfinite(error) or (iteration > FEW and error > FAR):
+            return None
+        if iteration and error < TOLERANCE:
+            return trial, factor, iteration
+        solve = shell.solver(matrix)
+        r, v = solve(factor * load - internal), solve(load)
+        change = (size - along @ (trial - u + r)) / (along @ v)
+        trial, factor = trial + r + change * v, factor + change
+    return None
