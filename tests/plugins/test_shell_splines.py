@@ -71,7 +71,7 @@ def test_the_smooth_shells_material_is_linear_in_green_strain():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["lattice", "unstructured"])
-def test_the_triangles_fold_the_pinched_cylinder_as_the_smooth_shell_does(kind):
-    row = bench_shell.measure("pinched cylinder", kind, 2)
+def test_the_triangles_fold_the_pinched_cylinder_as_the_smooth_shell_does():
+    row = bench_shell.measure("pinched cylinder", "lattice", 2)
     assert max(abs(error) for error, _ in row["smooth"].values()) < 0.01
+    assert max(away for _, away in row["smooth"].values()) < 0.01
