@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from solver import Blank, Implicit, Scene, Shell, Stage, StepFailed, form
 from solver.elements.patches import neighbours
-from solver.materials.law import Law
+from solver.materials.law import Law, strains
 
 from .arc_length import follow
 from .shell_limits import limit_rows
@@ -24,13 +24,33 @@ class LinearElastic(Law):
         self.young, self.poisson, self.name = young, poisson, "elastic"
         self.initial_yield_stress = 1e-3 * young  # a scale for tolerances only
 
+    def stiffness(self):
+        """D of plane stress (3, 3) [MPa]."""
+        nu = self.poisson
+        unit = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 - 0.5 * nu]])
+        return self.young / (1.0 - nu**2) * unit
+
     def respond(self, strain, old, new, dt):
         """Plane-stress elasticity."""
-        c, nu = self.young / (1.0 - self.poisson**2), self.poisson
-        stiffness = c * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 - 0.5 * nu]])
+        nu, stiffness = self.poisson, self.stiffness()
         new.stress[:] = strain @ stiffness
         new.thickness_strain[:] = -nu / (1.0 - nu) * (strain[:, 0] + strain[:, 1]) if nu else 0.0
         return np.broadcast_to(stiffness, (len(strain), 3, 3))
+
+
+class SaintVenantKirchhoff(LinearElastic):
+    """S = D E, linear in Green strain, of a sheet that keeps its thickness: the smooth shell's."""
+
+    def update(self, metric, old, new, tangent=True, dt=None):
+        """Second Piola-Kirchhoff stress, and its constant tangent."""
+        strains(metric, new.strain)
+        green = np.column_stack([0.5 * (metric[:, :2] - 1.0), metric[:, 2]])
+        stiffness = self.stiffness()
+        new.second_stress[:] = green @ stiffness
+        new.stress[:] = new.second_stress  # fields of a result; nothing of the shell's is read from them
+        new.thickness_strain[:] = 0.0
+        if tangent:
+            new.tangent[:] = stiffness
 
 
 def lattice(case, refinement):
@@ -88,8 +108,9 @@ def build(case, kind, refinement):
         cells=cells,
         groups={name: np.flatnonzero(condition(s, t)) for name, condition in case.groups.items()},
     )
+    law = LinearElastic if case.smooth is None else SaintVenantKirchhoff
     blank = Blank(
-        mesh, case.thickness, LinearElastic(case.young, case.poisson), Shell(2), rolling=(0.3, 0.9, 0.2),
+        mesh, case.thickness, law(case.young, case.poisson), Shell(2), rolling=(0.3, 0.9, 0.2),
         fixed=case.fixed, clamped=case.clamped,
     )  # fmt: skip
     return Scene(blank, [Stage(**case.loads)], name=case.title)
@@ -134,7 +155,8 @@ def distances(path, curve):
 
 def measure(name, kind, refinement):
     """Run one problem. Returns a row: problem, mesh, cells along s, nodes, values {probe: (found, published, error)} at
-    the full load, off {probe: distance of the curves}, error: the largest of them, iterations, seconds of CPU time."""
+    the full load, off {probe: distance of the curves}, error: the largest of them, smooth {probe: (error at the full
+    load, distance of the curves)} against the splines where there are such, iterations, seconds of CPU time."""
     case = PROBLEMS[name]
     scene = build(case, kind, refinement)
     started = time.process_time()
@@ -143,9 +165,14 @@ def measure(name, kind, refinement):
     ends = zip(path[-1, 1:].tolist(), case.curve[-1, 1:].tolist(), strict=True)
     values = {probe: (v, r, v / r - 1.0) for probe, (v, r) in zip(case.probes, ends, strict=True)}
     off = dict(zip(case.probes, distances(path, case.curve).tolist(), strict=True))
+    smooth = {}
+    if case.smooth is not None:
+        last = path[-1, 1:] / case.smooth[-1, 1:] - 1.0
+        smooth = dict(zip(case.probes, zip(last.tolist(), distances(path, case.smooth).tolist(), strict=True)))
     return {
         "problem": name, "mesh": kind, "cells": case.cells[refinement][0], "nodes": len(scene.blank.mesh.points),
         "values": values, "off": off,
+        "smooth": smooth,
         "error": max(*off.values(), *(abs(e) for _, _, e in values.values())),
         "iterations": iterations, "seconds": seconds,
     }  # fmt: skip
@@ -178,21 +205,25 @@ def rows(names=None, refinements=(0, 1, 2)):
 def line_of(row):
     """A row as texts: problem, mesh, nodes, errors in per cent, Newton iterations, seconds."""
     if "failed" in row:
-        return [row["problem"], row["mesh"], "", f"{row['cells']} cells a side: {row['failed']}", "", "", ""]
+        return [row["problem"], row["mesh"], "", f"{row['cells']} cells a side: {row['failed']}", "", "", "", ""]
     errors = ", ".join(f"{probe} {100.0 * error:+.2f}" for probe, (_, _, error) in row["values"].items())
     off = f"{100.0 * max(row['off'].values()):.2f}"
+    smooth = ", ".join(f"{probe} {100.0 * error:+.2f}" for probe, (error, _) in row["smooth"].items())
+    if smooth:
+        smooth += f"; curve {100.0 * max(away for _, away in row['smooth'].values()):.2f}"
     return [
         row["problem"],
         row["mesh"],
         str(row["nodes"]),
         errors,
         off,
+        smooth,
         str(row["iterations"]),
         f"{row['seconds']:.1f}",
     ]
 
 
-HEADER = ["problem", "mesh", "nodes", "at full load [%]", "curve [%]", "iterations", "CPU s"]
+HEADER = ["problem", "mesh", "nodes", "at full load [%]", "curve [%]", "from splines [%]", "iterations", "CPU s"]
 
 
 def plot(done, png):

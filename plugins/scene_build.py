@@ -147,7 +147,8 @@ def build_stages(keys, surfaces, beads, parts):
             changed = {name: keys.tools[name].changed_by(change) for name, change in stage.tools.items()}
         tools = [build_tool(name, tool, surfaces[name], parts) for name, tool in changed.items()]
         name = stage.name or f"stage {number}"
-        loads = {"pressure": stage.pressure, "forces": stage.forces, "moments": stage.moments, "moved": stage.moved}
+        loads = {"pressure": stage.pressure, "forces": stage.forces, "line_loads": stage.line_loads}
+        loads |= {"moments": stage.moments, "moved": stage.moved}
         loads |= {"speed": stage.speed, "gravity": stage.gravity, "pilots": tuple(stage.pilots)}
         chosen = stage.drawbeads if stage.drawbeads is not None else beads if tools else ()
         stages.append(solver.Stage(tools, name=name, drawbeads=tuple(beads[bead] for bead in chosen), **loads))

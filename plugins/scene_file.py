@@ -191,7 +191,7 @@ def disagreements(keys) -> Iterator[tuple[str, str]]:
     follows = any(bead.part for bead in keys.drawbeads.values())
     if keys.cad is None and (blank.part or follows or any(tool.mesh is None for tool in keys.tools.values())):
         yield "cad", "missing, expected the STEP file with the parts, relative to the scene file"
-    if not keys.tools and not any(s.pressure or s.forces or s.moments or s.moved for s in keys.stages):
+    if not keys.tools and not any(s.pressure or s.forces or s.line_loads or s.moments or s.moved for s in keys.stages):
         yield "tools", "missing, expected a table such as [tools.PUNCH]: nothing forms the blank"
 
     for name, tool in keys.tools.items():

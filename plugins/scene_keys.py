@@ -144,6 +144,7 @@ def _movement(value):
 
 
 Force = Annotated[float, Quantity("a force", "N")]
+LineLoad = Annotated[float, Quantity("a line load", "N/mm")]
 
 
 def _length_or_free(value):
@@ -163,6 +164,7 @@ class Stage(Table):
     tools: dict[str, Tool] | None = None
     pressure: Stress = 0.0
     forces: dict[str, tuple[Force, Force, Force]] = {}
+    line_loads: dict[str, tuple[LineLoad, LineLoad, LineLoad]] = {}
     moments: dict[str, Number] = {}
     moved: dict[str, Movement] = {}
     speed: Speed | None = None

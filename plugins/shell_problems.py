@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .shell_curves import CURVES
+from .shell_curves import CURVES, SMOOTH
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Problem:
     cells : divisions along s and t for each refinement; loads : keywords of the stage, at the full load; probes :
     {name: (group, axis, sign)}, in the order of the columns of curve, the published rows (share of the full load,
     displacements); clamped, fixed : supports; wrinkles : whether the path is followed by the loaded nodes alone, past
-    what forms and turns over around them."""
+    what forms and turns over around them; smooth : rows like those of curve, of the splines of `shell_splines.py`."""
 
     title: str
     young: float
@@ -33,6 +33,7 @@ class Problem:
     clamped: tuple = ()
     fixed: dict = field(default_factory=dict)
     wrinkles: bool = False
+    smooth: np.ndarray | None = None
 
 
 def at(s=None, t=None):
@@ -107,7 +108,7 @@ PROBLEMS = {
          "end": at(t=1)},
         ((40, 40), (52, 52), (64, 64)), {"forces": {"A": (0.0, 0.0, -3000.0)}},
         {"A": ("A", 2, -1), "B": ("B", 0, 1)}, CURVES["pinched cylinder"], fixed={"end": "xz"},
-        wrinkles=True,
+        wrinkles=True, smooth=SMOOTH["pinched cylinder"],
     ),
     "semi-cylinder": Problem(
         "pinched semi-cylinder", 2068.5, 0.3, 3.0, (0.5 * np.pi, 304.8), tube(101.6),

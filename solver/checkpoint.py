@@ -24,7 +24,8 @@ def fingerprint(scene):
     for stage in scene.stages:
         duties = [(t.travel, t.force, t.gap, t.spring, t.stop, t.rides_on, t.tilts, t.at) for t in stage.tools]
         tools = [(t.name, t.friction, tuple(t.axis)) for t in stage.tools] + duties
-        loads = (stage.pressure, dict(stage.forces), dict(stage.moments), dict(stage.movements), stage.speed)
+        loads = (stage.pressure, dict(stage.forces), dict(stage.line_loads), dict(stage.moments))
+        loads += (dict(stage.movements), stage.speed)
         beads = [
             (b.name, np.asarray(b.curve).tolist(), b.restraint, b.uplift, b.holder, b.axis) for b in stage.drawbeads
         ]

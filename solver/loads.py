@@ -1,5 +1,5 @@
-"""What loads the sheet besides tools: pressure, forces on groups, moments along edges, weight, and the relief of forces
-that were in balance before the stage and no longer are.
+"""What loads the sheet besides tools: pressure, forces on groups, forces and moments along lines, weight, and the
+relief of forces that were in balance before the stage and no longer are.
 
 Loads rise in proportion to the stage's fraction f from those at its start, 0..1. What the last stage's tools, supports
 and loads left unbalanced, and what this stage's weight adds, is relieved over f = -1..0 with every tool of this stage
@@ -22,8 +22,18 @@ class Loads:
         self.nodal = np.zeros(sheet.points.shape)
         for group, force in stage.forces.items():
             nodes = sheet.blank.nodes_of(group)
-            share = edge_shares(sheet, nodes)
+            length = line_lengths(sheet, nodes)
+            share = length / length.sum() if length.any() else np.full(len(nodes), 1.0 / len(nodes))
             self.nodal[nodes] += share[:, None] * np.asarray(force, dtype=float)
+        for group, force in stage.line_loads.items():
+            nodes = sheet.blank.nodes_of(group)
+            length = line_lengths(sheet, nodes)
+            if not length.any():
+                raise SceneError(
+                    f"stage {stage.name!r} line_loads {group!r}: found no line there, expected an edge or a row of "
+                    "nodes joined by sides of triangles"
+                )
+            self.nodal[nodes] += length[:, None] * np.asarray(force, dtype=float)
         self.moments = []
         for group, moment in stage.moments.items():
             edge = EdgeMoment(sheet, sheet.blank.nodes_of(group)) if sheet.elements.n_slopes else None
@@ -65,19 +75,20 @@ def weight(sheet, gravity):
     return mass[:, None] * np.asarray(gravity, dtype=float)
 
 
-def edge_shares(sheet, nodes):
-    """Share of each node in a force on the group: by the length of the edge sides between them, or even where there are
-    none. Sums to 1."""
+def line_lengths(sheet, nodes):
+    """Length (k,) [mm] of the line through some nodes (k,) that belongs to each, half of each of its sides: the initial
+    sheet's edge between them, or where they have none a row of nodes inside it. All 0 where they are no line."""
+    cells = sheet.triangles.cells
     place = np.full(len(sheet.points), -1)
     place[nodes] = np.arange(len(nodes))
-    sides = np.sort(sheet.triangles.cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    sides, count = np.unique(sides, axis=0, return_counts=True)
-    sides = place[sides[count == 1]]
-    sides = sides[(sides >= 0).all(axis=1)]
-    if not len(sides):
-        return np.full(len(nodes), 1.0 / len(nodes))
+    sides = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    sides, first, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+    within = np.zeros(len(sides), dtype=bool)  # side of a triangle of which all nodes are in the group: of an area
+    within[first.reshape(-1, 3)[(place[cells] >= 0).all(axis=1)]] = True
+    joined = (place[sides] >= 0).all(axis=1)
+    edge = joined & (count == 1)
+    sides = place[sides[edge if edge.any() else joined & ~within]]
     points = sheet.points[nodes]
-    length = np.linalg.norm(points[sides[:, 1]] - points[sides[:, 0]], axis=1)
-    share = np.zeros(len(nodes))
-    np.add.at(share, sides.ravel(), np.repeat(0.5 * length, 2))
-    return share / share.sum()
+    length = np.zeros(len(nodes))
+    np.add.at(length, sides.ravel(), np.repeat(0.5 * np.linalg.norm(np.diff(points[sides], axis=1)[:, 0], axis=1), 2))
+    return length

@@ -73,6 +73,8 @@ def plan(scene, method=None):
             runs.append((f"stage {stage.name!r}, gravity", f"{tuple(stage.gravity)} mm/s^2"))
         for group, force in stage.forces.items():
             runs.append((f"stage {stage.name!r}, group {group}", f"forces up to {tuple(force)} N"))
+        for group, force in stage.line_loads.items():
+            runs.append((f"stage {stage.name!r}, group {group}", f"line load up to {tuple(force)} N/mm"))
         for group, moment in stage.moments.items():
             runs.append((f"stage {stage.name!r}, group {group}", f"edge moment up to {moment:g} N per mm"))
         if stage.is_springback:

@@ -212,6 +212,8 @@ class Stage:
     pressure : MPa at the end of the stage on the sheet's face that its triangles' normals leave,
         pushing against them; it follows the sheet
     forces : {group: (Fx, Fy, Fz)} N on the modelled nodes of the group together, by their share of its edge
+    line_loads : {group: (fx, fy, fz)} N/mm along an edge or a row of nodes inside the sheet, per initial length of what
+        is modelled (half of what acts along a line of symmetry), in a direction that stays
     moments : {group: N} per mm of a shell's free edge; positive stretches the face that the normals leave
     moved : {group: (dx, dy, dz)} mm over the stage, None for a free axis
     gravity : (gx, gy, gz) mm/s^2 that acts on the sheet from the stage's start, or None
@@ -227,6 +229,7 @@ class Stage:
     name: str = "draw"
     pressure: float = 0.0
     forces: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    line_loads: Mapping[str, Sequence[float]] = field(default_factory=dict)
     moments: Mapping[str, float] = field(default_factory=dict)
     moved: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
     speed: float | None = None
@@ -274,15 +277,18 @@ class Stage:
                     f"stage {self.name!r}: tool {tool.name!r} rides on {tool.rides_on!r}, expected a tool that travels "
                     f"in this stage, one of {travelling}"
                 )
-        for group, force in self.forces.items():
-            if np.shape(force) != (3,) or not np.isfinite(np.asarray(force, dtype=float)).all():
-                raise SceneError(f"stage {self.name!r} forces {group!r}: found {force!r}, expected 3 numbers in N")
+        for key, unit in (("forces", "N"), ("line_loads", "N/mm")):
+            for group, force in getattr(self, key).items():
+                if np.shape(force) != (3,) or not np.isfinite(np.asarray(force, dtype=float)).all():
+                    raise SceneError(
+                        f"stage {self.name!r} {key} {group!r}: found {force!r}, expected 3 numbers in {unit}"
+                    )
 
     @property
     def is_springback(self):
         """Whether nothing acts in this stage: the sheet only relieves what was left unbalanced."""
-        acts = self.tools or self.pressure or self.forces or self.moments or self.movements or self.drawbeads
-        return not acts and self.gravity is None
+        loads = self.pressure or self.forces or self.line_loads or self.moments or self.gravity is not None
+        return not (self.tools or loads or self.movements or self.drawbeads)
 
     @property
     def leading_axis(self):

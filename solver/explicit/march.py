@@ -92,7 +92,7 @@ class Dynamics:
         self.loads = Loads(sheet, stage)
         self.beads = build_beads(stage, sheet, method)
         self.bead_force, self.x_before = np.zeros((n, 3)), state.sheet.x.copy()
-        self.has_loads = bool(stage.pressure or stage.forces or stage.moments or stage.drawbeads)
+        self.has_loads = bool(stage.pressure or stage.forces or stage.line_loads or stage.moments or stage.drawbeads)
         self.has_loads = self.has_loads or stage.gravity is not None
         state.sheet.external[:] = 0.0
         free = (~self.fixed[:n]).astype(float)

@@ -77,17 +77,23 @@ class TwoSurface:
             raise SceneError("two-surface curve: found a stress that falls, expected a curve that rises or stays level")
         # Clustered where delta ends: x = x1 + (x0 - x1) t^3.
         nodes = np.ascontiguousarray(np.column_stack([t**3, 3.0 * t * t * w]))
-        return TwoSurfaceData(table, nodes, float(self.yield_stress), float(self.h0), float(self.power))
+        # The outer surface rests at its first size until the surfaces touch: its slope there, which the table's knots,
+        # too dense at strain 0, do not give.
+        h = np.finfo(float).eps ** (1.0 / 3.0)
+        first, near, far = (float(np.ravel(self.curve(np.array([strain])))[0]) for strain in (0.0, h, 2.0 * h))
+        slope = max((4.0 * near - 3.0 * first - far) / (2.0 * h), 0.0)
+        return TwoSurfaceData(table, nodes, float(self.yield_stress), float(self.h0), float(self.power), slope)
 
 
 class TwoSurfaceData(NamedTuple):
-    """table : of the tensile curve; nodes : (k, 2) places and weights of the quadrature"""
+    """table : of the tensile curve; nodes : (k, 2) places and weights of the quadrature; slope : Y'(0)"""
 
     table: np.ndarray
     nodes: np.ndarray
     sy: float
     h0: float
     power: float
+    slope: float
 
 
 @njit(**POINT)
@@ -150,7 +156,7 @@ def follow(data, past, begun, dg, n):
     """Scalars of an increment: outer size Y before, delta, delta_0; the share of delta left, -1 where they touched,
     with its derivatives with respect to dg and delta; the outer surface's growth in strain; Y and Y' after."""
     outer, slope = yield_stress(past[GROWN], data.table)
-    flat = max(slope, FLATTEST * data.h0)
+    flat = max(slope if past[GROWN] > 0.0 else data.slope, FLATTEST * data.h0)
     delta = distance_between(data, outer, past, n)
     start = delta if begun > 0.0 else past[START]
     grown, left, left_g, left_d, grown_d = dg, -1.0, 0.0, 0.0, 0.0

@@ -76,6 +76,7 @@ def test_loads_and_springback(tmp_path):
         BULGE
         + """
     forces = {center = [0, 0, "1 kN"]}
+    line_loads = {rim = [0, "2 kN/m", 0.5]}
     [[stages]]
     name = "release"
     tools = {}
@@ -83,7 +84,10 @@ def test_loads_and_springback(tmp_path):
     )
     first, second = scene_of(tmp_path, text).stages
     assert first.forces == {"center": (0.0, 0.0, 1000.0)}
+    assert first.line_loads == {"rim": (0.0, 2.0, 0.5)}
     assert second.is_springback and not first.is_springback
+    with pytest.raises(SceneFileError, match=r'line_loads.rim.*found "2 kN", not a line load'):
+        scene_of(tmp_path, text.replace("2 kN/m", "2 kN"))
 
 
 @pytest.mark.parametrize(

@@ -35,20 +35,23 @@ def metric_of(h):
 def pull(material, strains, dt=None, old=None):
     """Uniaxial stress along the rolling direction through total logarithmic strains (k,).
 
-    Returns (stress (k,), equivalent plastic strain (k,), last state). Newton on the strain across, with the tangent.
+    Returns (stress (k,), equivalent plastic strain (k,), last state). Newton on the strain across, with the
+    tangent; a step is no longer than the increment along, as the whole change is.
     """
     old = deepcopy(old) if old else material.new_state(1)
     new = material.new_state(1)
     across, stress, equivalent = float(old.strain[0, 1]), [], []
     scale = material.initial_yield_stress
     for strain in strains:
+        reach = abs(strain - float(old.strain[0, 0]))
         for _ in range(50):
             material.update(metric_of([[strain, across, 0.0]]), old, new, dt=dt)
             if abs(new.stress[0, 1]) < 1e-10 * scale:
                 break
             # dT22/dH22 from dS22/dE22: a diagonal state, C22 = exp(2 H22), T22 = S22 C22.
             c = np.exp(2 * across)
-            across -= new.stress[0, 1] / (new.tangent[0, 1, 1] * c * c + 2 * new.stress[0, 1])
+            step = new.stress[0, 1] / (new.tangent[0, 1, 1] * c * c + 2 * new.stress[0, 1])
+            across -= float(np.clip(step, -reach, reach))
         else:
             raise AssertionError(f"no uniaxial state at strain {strain}")
         stress.append(new.stress[0, 0])
