@@ -138,30 +138,31 @@ def copy_speed():
 
 @numba.njit(fastmath={"contract"})
 def multiply_add(x, y, rounds):
-    """y = 1 + x (1 + x (...)), `ROUNDS` products and sums for each number, with nothing read or written between."""
+    """`CHAINS` recurrences v = 1 + x v of `LONG` steps for each number, side by side, with nothing read or written
+    between: what one waits for another fills."""
     for _ in range(rounds):
         for i in range(x.shape[0]):
             t = x[i]
-            value = t
-            for _ in range(ROUNDS):
-                value = 1.0 + t * value
-            y[i] = value
+            a, b, c, d = t, t + 1.0, t + 2.0, t + 3.0
+            for _ in range(LONG):
+                a, b, c, d = 1.0 + t * a, 1.0 + t * b, 1.0 + t * c, 1.0 + t * d
+            y[i] = a + b + c + d
 
 
-ROUNDS = 64
+CHAINS, LONG = 4, 16
 
 
 def arithmetic_speed():
     """Operations per second of one core that does nothing but multiply and add."""
-    x = np.linspace(0.0, 0.5, 1024)
+    x, rounds = np.linspace(0.0, 0.5, 1024), 100
     y = np.empty_like(x)
     multiply_add(x, y, 1)
     times = []
     for _ in range(5):
         start = time.thread_time()
-        multiply_add(x, y, 500)
+        multiply_add(x, y, rounds)
         times.append(time.thread_time() - start)
-    return 2.0 * ROUNDS * 500 * len(x) / min(times)
+    return 2.0 * CHAINS * LONG * rounds * len(x) / min(times)
 
 
 def stretch_rows(sizes=STRETCH_SIZES, problem="friction 0.17", travel=30.0, method=None):
