@@ -1,11 +1,15 @@
-"""The explicit step on this machine: time and memory per triangle from small to large sheets, on one thread and two,
-and the share of contact in a square cup.
+"""The explicit solver on this machine: time, memory and operations of a step per triangle from small to large sheets,
+on one thread and two; the share of contact in a square cup; and a whole problem, time against error.
 
-The sheet is a planar-Hill lattice stretched at a steady rate, so that nearly every point flows in every step: the
+The sheets are planar-Hill lattices stretched at a steady rate, so that nearly every point flows in every step: the
 costliest state there is. Times are medians over steps of the process's CPU time, and of the clock. They come with the
 ratio to a leading open explicit code, of which 1.3 to 1.4 us per element and step are told for a one-point
-quadrilateral shell, contact included, on this kind of machine; two triangles stand for one quadrilateral. The floor is
-the time the step's arrays take to be read and written once, at the speed of a copy in the same run.
+quadrilateral shell, contact included, on this kind of machine; two triangles stand for one quadrilateral.
+
+Two limits of the machine are measured in the same run, both of one core. Memory: the time in which a copy of a large
+array reads and writes as many bytes as the step's arrays hold. Arithmetic: the time in which vectors of fused
+multiply-adds in registers, which count as two, do as many operations as the step's kernels (operation_count.py). The
+second is beyond any code that also divides, takes roots and reads memory; its share says how far.
 """
 
 import time
@@ -21,19 +25,25 @@ from solver.sheet import build_sheet
 from solver.state import State, new_sheet
 
 from .bench_elements import STEEL
+from .stretch_problems import PUNCHES, punch_errors, punch_scene
 
 YARDSTICK = 1350.0  # ns per quadrilateral and step
-ELEMENTS = {"membrane": solver.Membrane(), "shell, 7 layers": solver.Shell(7)}
+STRETCH_YARDSTICK = 9.0, 21.0  # s of one core, of 480 quadrilaterals and 16,000 to 31,000 steps
+ELEMENTS = {"membrane": solver.Membrane(), "shell, 5 layers": solver.Shell(5), "shell, 7 layers": solver.Shell(7)}
 SIZES = (5_000, 20_000, 100_000, 500_000)
+STRETCH_SIZES = (5.0, 3.5)  # mm
 RATE, WARM = 5e-4, 10  # strain of a step, and steps until the points flow
 
 
 def rows(largest=100_000):
-    """Rows of element, triangles, threads, ns per triangle and step, its parts, bytes per triangle."""
+    """Rows of element, triangles, threads, ns per triangle and step, bytes and operations per triangle, limits."""
+    from .operation_count import counted_apart
+
     threads = numba.get_num_threads()
     most = min(2, threads)
+    operations = {name: sum(kernels.values()) for name, kernels in counted_apart().items()}
     try:
-        return [
+        found = [
             time_sheet(name, element, size, n_threads)
             for name, element in ELEMENTS.items()
             for size in SIZES
@@ -42,6 +52,15 @@ def rows(largest=100_000):
         ]
     finally:
         numba.set_num_threads(threads)
+    smallest = {(row["element"], row["threads"]): row["ns"] for row in reversed(found)}
+    for row in found:
+        done = operations[row["element"]]
+        row |= {
+            "operations": done,
+            "arithmetic_ns": 1e9 * done / row["operations_per_s"],
+            "to_smallest": row["ns"] / smallest[row["element"], row["threads"]],
+        }
+    return found
 
 
 def stretched(element, size):
@@ -83,7 +102,8 @@ def time_sheet(name, element, size, n_threads):
         "updates_per_s": 1e9 / float(ns),
         "flowing": flowing,
         "bytes": held / m,
-        "floor_ns": touched / copy_speed() / m * 1e9,
+        "memory_ns": 1e9 * touched / copy_speed() / m,
+        "operations_per_s": arithmetic_speed(),
         "yardstick": float(2.0 * ns / YARDSTICK),
     }
 
@@ -114,6 +134,76 @@ def copy_speed():
         np.copyto(target, source)
         times.append(time.perf_counter() - start)
     return 2.0 * source.nbytes / min(times)
+
+
+@numba.njit(fastmath={"contract"})
+def multiply_add(x, y, rounds):
+    """`CHAINS` recurrences v = 1 + x v of `LONG` steps for each number, side by side, with nothing read or written
+    between: what one waits for another fills."""
+    for _ in range(rounds):
+        for i in range(x.shape[0]):
+            t = x[i]
+            a, b, c, d = t, t + 1.0, t + 2.0, t + 3.0
+            for _ in range(LONG):
+                a, b, c, d = 1.0 + t * a, 1.0 + t * b, 1.0 + t * c, 1.0 + t * d
+            y[i] = a + b + c + d
+
+
+CHAINS, LONG = 4, 16
+
+
+def arithmetic_speed():
+    """Operations per second of one core that does nothing but multiply and add."""
+    x, rounds = np.linspace(0.0, 0.5, 1024), 100
+    y = np.empty_like(x)
+    multiply_add(x, y, 1)
+    times = []
+    for _ in range(5):
+        start = time.thread_time()
+        multiply_add(x, y, rounds)
+        times.append(time.thread_time() - start)
+    return 2.0 * CHAINS * LONG * rounds * len(x) / min(times)
+
+
+def stretch_rows(sizes=STRETCH_SIZES, problem="friction 0.17", travel=30.0, method=None):
+    """Rows of a quarter of a disc stretched by a hemispherical punch, on one thread: CPU time of the run after a short
+    one has compiled everything, and errors against a converged axisymmetric membrane: the largest of the force relative
+    to the largest force, and of the thickness strain."""
+    threads, found, method = numba.get_num_threads(), [], method or solver.Explicit()
+    reference = PUNCHES[problem]
+    try:
+        numba.set_num_threads(1)
+        for name in ("membrane", "shell, 5 layers"):
+            brief = punch_scene(reference, max(sizes), ELEMENTS[name], 0.1)
+            solver.form(brief, solver.Explicit(waves=0.1, drift=1e6), frames=1)
+            for size in sizes:
+                scene = punch_scene(reference, size, ELEMENTS[name], travel)
+                start = time.process_time()
+                results = solver.form(scene, method, frames=round(travel / 5.0))
+                seconds = time.process_time() - start
+                errors = punch_errors(reference, scene, results)
+                largest = max(reference.force.values())
+                # As the tools stop kinetic energy is gone, as they start there is no other.
+                under_way = np.array(results.history["stroke"]) >= 0.25 * travel
+                m, steps = len(scene.blank.mesh.cells), int(np.sum(results.history["iterations"]))
+                found.append(
+                    {
+                        "element": name,
+                        "size": size,
+                        "triangles": m,
+                        "steps": steps,
+                        "seconds": seconds,
+                        "ns": 1e9 * seconds / steps / m,
+                        "force_error": max(abs(off) * reference.force[h] / largest for h, (off, _) in errors.items()),
+                        "strain_error": max((off for _, off in errors.values() if off is not None), default=None),
+                        "kinetic_share": float(np.max(np.array(results.history["kinetic_share"])[under_way])),
+                        "imbalance_share": results.energy["imbalance"] / results.energy["external"],
+                        "yardstick": tuple(seconds / other for other in STRETCH_YARDSTICK),
+                    }
+                )
+    finally:
+        numba.set_num_threads(threads)
+    return found
 
 
 def cup_shares(size=2.5, travel=20.0, waves=4.0):
@@ -151,7 +241,7 @@ def cup_shares(size=2.5, travel=20.0, waves=4.0):
         "ns": 1e9 * clock.step / steps / m,
         "contact_share": clock.contact / clock.step,
         "projected_share": results.searches["projected"] / results.searches["asked"],
-        "kinetic_share": results.history["kinetic_share"][-1],
+        "kinetic_share": float(np.interp(0.5 * travel, results.history["stroke"], results.history["kinetic_share"])),
         "imbalance_share": results.energy["imbalance"] / results.energy["external"],
     }
 
@@ -171,8 +261,8 @@ def cup(size, travel):
 
 
 HEADER = [
-    "element", "triangles", "threads", "CPU ns/step", "clock ns", "million updates/s", "bytes", "copy floor ns",
-    "x yardstick, 2 for 1",
+    "element", "triangles", "threads", "CPU ns/step", "clock ns", "x smallest", "million updates/s", "bytes",
+    "memory limit ns", "operations", "arithmetic limit ns", "x yardstick, 2 for 1",
 ]  # fmt: skip
 
 
@@ -184,14 +274,48 @@ def line_of(row):
         f"{row['threads']}",
         f"{row['ns']:.0f}",
         f"{row['clock_ns']:.0f}",
+        f"{row['to_smallest']:.2f}",
         f"{1e-6 * row['updates_per_s']:.2f}",
         f"{row['bytes']:.0f}",
-        f"{row['floor_ns']:.0f}",
+        f"{row['memory_ns']:.0f}, {100 * row['memory_ns'] / row['ns']:.0f} %",
+        f"{row['operations']:.0f}",
+        f"{row['arithmetic_ns']:.0f}, {100 * row['arithmetic_ns'] / row['ns']:.0f} %",
         f"{row['yardstick']:.2f}",
     ]
 
 
-CUP_HEADER = ["square cup, triangles", "steps", "ns/step", "contact", "nodes projected", "kinetic", "imbalance"]
+STRETCH_HEADER = [
+    "punch stretch, mm", "triangles", "steps", "CPU s", "ns/step", "force error", "strain error", "kinetic",
+    "imbalance", "x yardstick",
+]  # fmt: skip
+
+
+def stretch_line(row):
+    """A row of the stretched disc as texts."""
+    strain = row["strain_error"]
+    return [
+        f"{row['element']} {row['size']:g}",
+        f"{row['triangles']}",
+        f"{row['steps']}",
+        f"{row['seconds']:.1f}",
+        f"{row['ns']:.0f}",
+        f"{100 * row['force_error']:.2f} %",
+        "" if strain is None else f"{strain:.4f}",
+        f"{row['kinetic_share']:.1e}",
+        f"{row['imbalance_share']:.1e}",
+        " to ".join(f"{ratio:.2f}" for ratio in reversed(row["yardstick"])),
+    ]
+
+
+CUP_HEADER = [
+    "square cup, triangles",
+    "steps",
+    "ns/step",
+    "contact",
+    "nodes projected",
+    "kinetic, half-way",
+    "imbalance",
+]
 
 
 def cup_line(row):

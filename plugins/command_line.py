@@ -217,20 +217,33 @@ def elements(*, as_json: Json = False):
 
 @bench.command
 def explicit(*, largest: int = 100_000, as_json: Json = False):
-    """The explicit step: time and memory per triangle, threads, and the share of contact in the square cup.
+    """The explicit solver: time, memory and operations per triangle and step, the share of contact in the square cup,
+    and a stretched disc, time against error.
 
     Parameters
     ----------
     largest
         Triangles of the largest sheet, up to 500000, which takes about 2 GB.
     """
-    from .bench_explicit import CUP_HEADER, HEADER, cup_line, cup_shares, line_of, rows
+    from .bench_explicit import (
+        CUP_HEADER,
+        HEADER,
+        STRETCH_HEADER,
+        STRETCH_YARDSTICK,
+        cup_line,
+        cup_shares,
+        line_of,
+        rows,
+        stretch_line,
+        stretch_rows,
+    )
 
-    found, cup = rows(largest), cup_shares()
+    found, cup, discs = rows(largest), cup_shares(), stretch_rows()
     if as_json:
-        print_json({"sheets": found, "cup": cup})
+        print_json({"sheets": found, "cup": cup, "hemispherical_punch": discs, "yardstick_s": STRETCH_YARDSTICK})
     else:
-        print_table(plain_table(HEADER, map(line_of, found)), plain_table(CUP_HEADER, [cup_line(cup)]))
+        tables = plain_table(CUP_HEADER, [cup_line(cup)]), plain_table(STRETCH_HEADER, map(stretch_line, discs))
+        print_table(plain_table(HEADER, map(line_of, found)), *tables)
 
 
 @bench.command

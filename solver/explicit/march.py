@@ -26,7 +26,8 @@ from .stable_step import StableStep
 
 log = logging.getLogger("cadlink")
 RECORDS = 200  # of a stage, about
-LOOKS = 50  # at the stable step in a stage
+LOOKS = 50  # at the stable step in a stage, and more where triangles shrink: a look costs some 20 steps
+NARROWED, APART = 0.95, 200  # of the step, from which a new look is worth it; steps from one look to the next
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
 CREEP = 1e-3  # change of the step from one to the next
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
@@ -88,7 +89,7 @@ class Dynamics:
         self.gather_half()
         elements.begin(state.sheet, state.sheet, material, method)
         self.limit = method.safety * self.stable.limit(state.sheet)
-        self.wave, self.shrunk = self.fastest(), 1.0
+        self.wave, self.shrunk, self.looked = self.fastest(), 1.0, 0
         self.loads = Loads(sheet, stage)
         self.beads = build_beads(stage, sheet, method)
         self.bead_force, self.x_before = np.zeros((n, 3)), state.sheet.x.copy()
@@ -138,7 +139,11 @@ class Dynamics:
     def look(self):
         """Find the stable step anew."""
         self.limit = self.method.safety * self.stable.limit(self.state.sheet)
-        self.wave, self.shrunk = self.fastest(), 1.0
+        self.wave, self.shrunk, self.looked = self.fastest(), 1.0, self.count
+
+    def overdue(self):
+        """Whether the fastest triangle has shrunk so much that the last look no longer tells the step."""
+        return self.shrunk < NARROWED and self.count - self.looked >= APART
 
     def shortest(self):
         """Stable step now: the last look's, shortened as the fastest triangle has shrunk since."""
@@ -294,7 +299,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         target = 0.0 if time < 0.0 else pacing.time(stops[np.searchsorted(stops, place.fraction + 1e-9)])
         due = min(target, pacing.time(record_after(place.fraction)))
         while time < due:
-            if time - look > pacing.duration / LOOKS:
+            if time - look > pacing.duration / LOOKS or dynamics.overdue():
                 dynamics.look()
                 look = time
             before, dt = dt, min(max(dynamics.shortest(), (1.0 - CREEP) * dt), (1.0 + CREEP) * dt)

@@ -5,27 +5,43 @@ inertia adds nothing to rigid motions: I = K_phi (h/c)^2, K_phi its elastic stif
 c = sqrt(E/(rho (1 - nu^2))) the plate's wave speed (theory_shell.md 11).
 """
 
+from math import sqrt
+
 import numpy as np
+from numba import njit, prange
+
+from ..elements.vectors import cross, dot, minus
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def fill_altitudes(x, cells, height):
+    """Fills height (m,)."""
+    for tri in prange(len(cells)):
+        i, j, k = cells[tri]
+        p, q, r = (x[i, 0], x[i, 1], x[i, 2]), (x[j, 0], x[j, 1], x[j, 2]), (x[k, 0], x[k, 1], x[k, 2])
+        a, b, c = minus(q, p), minus(r, p), minus(r, q)
+        twice = cross(a, b)
+        height[tri] = sqrt(dot(twice, twice) / max(dot(a, a), dot(b, b), dot(c, c)))
 
 
 def altitudes(x, cells):
     """Smallest altitude of each triangle (m,) [mm]."""
-    sides = x[cells[:, [1, 2, 0]]] - x[cells]
-    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return 2.0 * area / np.linalg.norm(sides, axis=2).max(axis=1)
+    height = np.empty(len(cells))
+    fill_altitudes(x, cells, height)
+    return height
 
 
-def wave_times(sheet, x, density):
-    """Time (m,) [s] in which a plate wave crosses each triangle. x : (n, 3); density : (m,)"""
+def wave_times(sheet, h, density):
+    """Time (m,) [s] in which a plate wave crosses each triangle. h : altitudes (m,) [mm]; density : (m,)"""
     material = sheet.blank.material
-    return altitudes(x, sheet.triangles.cells) * np.sqrt(density * (1.0 - material.poisson**2) / material.young)
+    return h * np.sqrt(density * (1.0 - material.poisson**2) / material.young)
 
 
 def wave_steps(sheet, x, density, thickness):
     """The same, shortened where a thick shell bends faster (theory_shell.md 11). thickness : (m,)"""
-    steps = wave_times(sheet, x, density)
+    h = altitudes(x, sheet.triangles.cells)
+    steps = wave_times(sheet, h, density)
     if sheet.elements.n_translations > 3:
-        h = altitudes(x, sheet.triangles.cells)
         steps *= np.where(thickness > 0.5 * h, np.minimum(1.0, h / (thickness * np.sqrt(1.2))), 1.0)
     return steps
 
@@ -61,7 +77,7 @@ def lumped_masses(sheet, density):
         # A slope bends its triangle across its side alone, by -2 lever/altitude^2.
         turn = 2.0 * elements.patches.lever * np.sum(triangles.gradients**2, axis=2)
         stiffness = bending * triangles.area[:, None] * turn**2
-        period = wave_times(sheet, sheet.points, density)
+        period = wave_times(sheet, altitudes(sheet.points, triangles.cells), density)
         rows = elements.slots[:, 6:]
         there = rows >= 0
         total, longest = np.zeros(len(mass)), np.zeros(len(mass))

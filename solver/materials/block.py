@@ -13,7 +13,7 @@ from math import log
 
 from numba import njit
 
-from ..kernels import INNER, POINT
+from ..kernels import FUSED, POINT
 from .logarithmic_strain import (
     NEAR,
     invariants,
@@ -39,7 +39,7 @@ def n_blocks(n_points):
     return (n_points + BLOCK - 1) // BLOCK
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**FUSED, error_model="numpy")
 def block_strains(metric, w):
     """Fills H and G of a block. metric : (n, 3) C11 C22 C12"""
     n, far = metric.shape[0], 0
@@ -64,7 +64,7 @@ def block_strains(metric, w):
         w[G23 + p], w[G31 + p], w[G32 + p], w[G33 + p] = g[5], g[6], g[7], g[8]
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**FUSED, error_model="numpy")
 def block_pull_back(w, second_stress, tangent):
     """Fills second_stress S (n, 3) = G^T T and, where it is not empty, tangent (n, 3, 3) = dS/dE, from a block."""
     n = second_stress.shape[0]

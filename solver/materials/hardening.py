@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from ..errors import SceneError
-from ..kernels import POINT
+from ..kernels import FUSED_POINT
 
 N_KNOTS = 1024
 LARGEST_STRAIN = 4.0  # the table's end; beyond it the curve goes on straight in y
@@ -160,14 +160,14 @@ def _slopes(curve, y):
     return np.concatenate([[0.0], slope])
 
 
-@njit(**POINT)
+@njit(**FUSED_POINT)
 def place_of(strain):
     """y of a strain, and its place among the knots: row of the table plus s."""
     y = sqrt(sqrt(strain if strain > 0.0 else 0.0))
     return y, y * (1.0 / WIDTH)
 
 
-@njit(**POINT)
+@njit(**FUSED_POINT)
 def piece(y, s, a0, a1, a2, a3):
     """Yield stress [MPa] and its slope with respect to the strain, from a row of the table."""
     y = y if y > 0.5 * WIDTH else 0.5 * WIDTH  # dy/dstrain is unbounded at 0: its value half-way stands in
@@ -175,7 +175,7 @@ def piece(y, s, a0, a1, a2, a3):
     return a0 + s * (a1 + s * (a2 + s * a3)), slope
 
 
-@njit(**POINT)
+@njit(**FUSED_POINT)
 def yield_stress(strain, table):
     """Yield stress [MPa] and its slope with respect to the strain, from the table of `tabulate`."""
     y, place = place_of(strain)

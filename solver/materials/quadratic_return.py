@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from ..kernels import INNER, POINT
+from ..kernels import FUSED, FUSED_POINT, INNER
 from .block import (
     BLOCK,
     C11,
@@ -85,7 +85,7 @@ def modes_of(matrix, young, nu):
     return Modes(*(float(number) for number in numbers))
 
 
-@njit(**POINT)
+@njit(**FUSED_POINT)
 def excess(q1, q2, q3, dg, sy, slope, k):
     """sigma_eq - s_y after dg more of equivalent plastic strain, and Newton's step from there."""
     mu = dg / sy
@@ -97,7 +97,7 @@ def excess(q1, q2, q3, dg, sy, slope, k):
     return f, f / (fall * (1.0 - mu * slope) + slope)
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**FUSED, error_model="numpy")
 def sweep_block(w, n, k, table):
     """Fills DG, SY and SLOPE of the points of a block whose equation Newton solves. Returns how many it does not,
     which OPEN marks."""
@@ -171,7 +171,7 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
     return dg, sy, slope
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**FUSED, error_model="numpy")
 def begin_block(w, hp_old, ep_old, k):
     """Fills the trial state of a block."""
     for p in range(ep_old.shape[0]):
@@ -182,7 +182,7 @@ def begin_block(w, hp_old, ep_old, k):
         w[EP + p], w[DG + p], w[OPEN + p] = ep_old[p], 0.0, 1.0
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**FUSED, error_model="numpy")
 def end_block(w, hp_old, k, strain, hp, ep, stress, thickness_strain):
     """Fills T and the outputs of a block, from the solution of its equations."""
     n = ep.shape[0]
@@ -209,7 +209,7 @@ def end_block(w, hp_old, k, strain, hp, ep, stress, thickness_strain):
         thickness_strain[p] = -k.nu / k.young * (w[T1 + p] + w[T2 + p]) - hp[p, 0] - hp[p, 1]
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**FUSED, error_model="numpy")
 def stiffen_block(w, n, k):
     """Fills C of a block: Xi = (De^-1 + mu P)^-1 less the flow."""
     for p in range(n):

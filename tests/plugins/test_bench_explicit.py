@@ -3,7 +3,8 @@
 import pytest
 
 import solver
-from plugins.bench_explicit import HEADER, YARDSTICK, line_of, time_sheet
+from plugins import bench_explicit
+from plugins.bench_explicit import HEADER, YARDSTICK, line_of, rows, time_sheet
 
 
 def test_a_row_is_of_a_flowing_sheet_and_consistent():
@@ -14,4 +15,14 @@ def test_a_row_is_of_a_flowing_sheet_and_consistent():
     assert row["yardstick"] == pytest.approx(2.0 * row["ns"] / YARDSTICK)
     # State, its past and the look's trial: 17 + 11 + 17 numbers a point, and what nodes and triangles add.
     assert row["bytes"] > 8 * (17 + 11 + 17)
-    assert len(line_of(row)) == len(HEADER)
+
+
+def test_rows_stand_beside_the_limits_of_the_machine(monkeypatch):
+    monkeypatch.setattr(bench_explicit, "SIZES", (1000, 2000))
+    monkeypatch.setattr(bench_explicit, "ELEMENTS", {"membrane": solver.Membrane()})
+    small, large = [row for row in rows() if row["threads"] == 1]
+    assert small["to_smallest"] == 1.0 and large["to_smallest"] == pytest.approx(large["ns"] / small["ns"])
+    # No step does more than a core can.
+    assert 0.0 < large["arithmetic_ns"] < large["ns"]
+    assert large["arithmetic_ns"] * large["operations_per_s"] == pytest.approx(1e9 * large["operations"])
+    assert len(line_of(large)) == len(HEADER)

@@ -6,6 +6,7 @@ from scipy.linalg import eigh
 
 from cadlink import Rectangle, mesh_blank
 from solver import Membrane, Shell
+from solver.explicit.march import APART, BEGIN, NARROWED
 from solver.explicit.mass import lumped_masses, scaled_density, wave_steps
 from tests.solver.explicit.patch import motion
 from tests.solver.lattice import square
@@ -66,6 +67,27 @@ def test_a_second_look_at_a_stretched_sheet():
     for _ in range(3):
         dynamics.look()
     assert 0.85 * true_limit(dynamics) <= dynamics.limit / dynamics.method.safety <= true_limit(dynamics) * (1 + 1e-6)
+
+
+def test_a_triangle_that_narrows_does_not_hold_up_the_sheet_for_long():
+    # A corner that only one triangle has moves towards its neighbour: a soft triangle at a rim, squeezed.
+    dynamics = motion(square(6, 6.0), 0.5, Shell(3))
+    start = dynamics.limit
+    sheet, x = dynamics.sheet, dynamics.state.sheet.x
+    alone = np.flatnonzero(np.bincount(sheet.triangles.cells.ravel()) == 1)[0]
+    cell = sheet.triangles.cells[(sheet.triangles.cells == alone).any(axis=1)][0]
+    x[alone] += 0.8 * (x[cell].mean(axis=0) - x[alone])
+    dynamics.count = BEGIN
+    waves = dynamics.fastest() / dynamics.wave
+    assert waves < NARROWED and dynamics.shortest() == pytest.approx(waves * start)
+    assert not dynamics.overdue()
+    dynamics.count = APART
+    assert dynamics.overdue()
+    for _ in range(3):
+        dynamics.look()
+    assert not dynamics.overdue() and dynamics.shortest() == dynamics.limit
+    limit = true_limit(dynamics)
+    assert 0.85 * limit <= dynamics.limit / dynamics.method.safety <= limit * (1.0 + 1e-6)
 
 
 def test_masses_add_up_and_slopes_weigh_nothing_in_rigid_motion():
