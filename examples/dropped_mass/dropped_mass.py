@@ -11,7 +11,8 @@ import sys
 import numpy as np
 
 from solver.explicit.central_differences import predict
-from solver.explicit.contact import PENALTY, TOUCH, meet_tool
+from solver.explicit.contact import meet_tool
+from solver.explicit.laws import PENALTY, TOUCH
 
 MASS, GRAVITY, HEIGHT = 1.0, 9.81, 0.1
 STIFFNESS = 1e6  # N/m, of the penalty
@@ -33,7 +34,12 @@ def drop(law, dt, bounces=1, height=HEIGHT):
     nothing, fixed, free = np.zeros((1, 3)), np.zeros((1, 3), dtype=bool), np.ones((1, 3))
     gap, force, friction, status = np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
     lost = np.zeros(1)
-    normal, up, near, rest = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, dtype=np.int64), np.zeros(3)
+    normal, up, near, rest = (
+        np.zeros((1, 3)),
+        np.array([[0.0, 0.0, 1.0]]),
+        np.zeros(1, dtype=np.int64),
+        np.zeros((3, 3)),
+    )
     times, heights, tops = [0.0], [height], []
     while len(tops) < bounces:
         predict(u, v, mass, external, nothing, fixed, nothing, 0.0, dt, dt, 0.0, u_new, v_new)

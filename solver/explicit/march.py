@@ -12,14 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contact.drawbead import build_beads, uplifts
-from ..contact.drive import force_borne
+from ..contact.drive import load_on
 from ..elements.assembly import gather_forces, gather_thickness
 from ..energy import NAMES
 from ..errors import StepFailed
 from ..implicit.increments import NEGLIGIBLE, March
 from ..loads import Loads
 from .central_differences import account, n_chunks, predict, through_thickness
-from .contact import ToolContact, in_order, law_of
+from .contact import ToolContact, in_order
+from .laws import law_of
 from .mass import lumped_masses, scaled_density, wave_steps
 from .pacing import pace
 from .stable_step import StableStep
@@ -82,7 +83,8 @@ class Dynamics:
         self.pacing = pace(sheet, method)
         self.damping = method.damping * method.waves / self.pacing.duration
         self.stable = StableStep(sheet, self.mass, self.fixed)
-        self.thickness, self.half = sheet.thickness(state.sheet.thickness_strain), np.empty(n)
+        plastic = state.sheet.plastic
+        self.thickness, self.half = sheet.thickness(-plastic[:, 0] - plastic[:, 1]), np.empty(n)
         self.gather_half()
         elements.begin(state.sheet, state.sheet, material, method)
         self.limit = method.safety * self.stable.limit(state.sheet)
@@ -98,12 +100,16 @@ class Dynamics:
         # A stop is a spring no stiffer than the tool's mass can carry in a step.
         solid = STOP * inertia / self.limit**2
         runs = [r if r.drive is None else r._replace(drive=r.drive._replace(solid=solid)) for r in in_order(tools)]
-        self.tools = [ToolContact(run, state.tools[run.tool.name], law, self.mass, free, inertia) for run in runs]
+        contacts = (state.tools[run.tool.name] for run in runs)
+        self.tools = [
+            ToolContact(run, contact, law, self.mass, free, state.sheet.x, TOOL_MASS)
+            for run, contact in zip(runs, contacts, strict=True)
+        ]
         # A tool that pressed in the stage before goes on pressing.
         fresh = begun.fraction == -1.0
-        self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].status.any()) for run in tools}
+        self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].touching.any()) for run in tools}
         for tool in self.tools:
-            tool.velocity = begun.rates[tool.run.tool.name]
+            tool.rates[:] = begun.rates[tool.run.tool.name]
             if tool.run.laws is not None:
                 # Tools move faster here than in the press: friction is that of the stage's own speed.
                 tool.run.laws.lapse[0] = stage.seconds / self.pacing.duration
@@ -119,7 +125,7 @@ class Dynamics:
         self.count = 0
 
     def gather_half(self):
-        """Half the thickness at the nodes."""
+        """Half the thickness at the nodes, without its elastic part."""
         gather_thickness(self.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
         self.half *= 0.5
 
@@ -148,8 +154,7 @@ class Dynamics:
         """Forces of the sheet that nothing of this stage answers, (n + k, 3) [N]."""
         residual, sheet = -self.state.sheet.internal, self.state.sheet
         for tool in self.tools:
-            c = tool.contact
-            residual[: len(sheet.x)] += c.normal_force[:, None] * c.normal + c.friction_force
+            residual[: len(sheet.x)] += tool.contact.push
         if self.loads.weight is not None:
             residual[: len(sheet.x)] += self.loads.weight
         residual[self.fixed] = 0.0
@@ -192,7 +197,7 @@ class Dynamics:
         for tool in self.tools:
             run = tool.run
             if run.drive is not None:
-                load = force_borne(run, self.state) - self.uplifts.get(run.tool.name, 0.0)
+                load = load_on(run, self.state, self.uplifts.get(run.tool.name))
                 tool.be_driven(load if self.loaded[run.tool.name] else ready * load, dt, dtm)
             elif run.tool.travel is not None:
                 tool.travel_to(run.start + end * run.tool.travel, dt)
@@ -203,7 +208,7 @@ class Dynamics:
         for tool in self.tools:
             tool.meet(sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new)
         for tool in self.tools:
-            tool.work(self.v, self.v_new, dtm, self.work)
+            tool.work(self.v, self.v_new, self.u_new, dtm, self.work)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -225,7 +230,7 @@ class Dynamics:
         elements.forces(sheet, self.slot_force)
         gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
         through_thickness(
-            past.stress, sheet.stress, past.strain, sheet.strain, sheet.thickness_strain, elements.weight,
+            past.stress, sheet.stress, past.strain, sheet.strain, sheet.plastic, elements.weight,
             self.sheet.triangles.volume, self.sheet.blank.thickness, self.thickness, self.energies,
         )  # fmt: skip
         self.gather_half()
@@ -242,7 +247,7 @@ class Dynamics:
             for run in self.beads:
                 run.begin(sheet.x)
                 run.stiffness = min(run.stiffness, self.softest_bead(run))
-            self.uplifts = {name: forces.sum() for name, (_, forces) in uplifts(self.beads, sheet.x).items()}
+            self.uplifts = uplifts(self.beads, sheet.x)
         self.bead_force[:] = 0.0
         for run in self.beads:
             held = self.state.beads[run.bead.name]
@@ -321,7 +326,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             fraction=float(fraction),
             width=dt,
             rate=dynamics.v.copy(),
-            rates={tool.run.tool.name: float(tool.velocity) for tool in dynamics.tools},
+            rates={tool.run.tool.name: tool.rates.tolist() for tool in dynamics.tools},
         )
         outcome = Steps(steps, [drift])
         recorded, steps = time, 0

@@ -74,8 +74,6 @@ class Explicit:
     # Dynamics stabilises a membrane; the implicit stages' contact stiffness is also that of their tools.
     torsion = 0.0
     needs_tangents = False
-    several_feet = False  # contact knows the nearest only
-    tilts = False  # tools move along their axes
 
     @property
     def penalty(self):
