@@ -37,6 +37,17 @@ def test_touch_keeps_the_height_of_a_thousand_bounces(share):
     assert tops == pytest.approx(HEIGHT, rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_touch_keeps_the_height_of_a_thousand_bounces_at_any_steps(seed):
+    """Each step of another length, anything below the penalty's critical one."""
+    rng = np.random.default_rng(seed)
+    lowest = rng.uniform(0.1, 0.9)
+    steps = iter(lambda: float(rng.uniform(lowest, 1.0)) * CRITICAL, None)
+    tops = drop(TOUCH, steps, 1000)[2]
+    assert tops == pytest.approx(np.full(1000, HEIGHT), rel=1e-3)  # what is asked for
+    assert tops[-1] == pytest.approx(HEIGHT, rel=1e-8)
+
+
 def slide(law, mu, speed, pull=0.0, dt=1e-3, steps=400):
     """A mass pressed on a plane by its weight, with a velocity and a pull along x. Yields place, velocity, forces."""
     u, v, u_new, v_new = (np.zeros((1, 3)) for _ in range(4))

@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 from cadlink import Rectangle, mesh_blank
 from solver import Membrane, Shell
 from solver.explicit.mass import lumped_masses, scaled_density, wave_steps
-from tests.solver.explicit.patch import motion
+from tests.solver.explicit.patch import arch, motion
 from tests.solver.lattice import square
 
 
@@ -42,6 +42,7 @@ MESHES = {
     "distorted": lambda: square(6, 6.0, 0.3),
     "unstructured": lambda: mesh_blank(Rectangle(6.0, 6.0), 1.0, arrangement="unstructured"),
     "one small triangle": lambda: pinched(),
+    "curved": lambda: arch(12, 4, 8.0, 4.0),
 }
 
 
@@ -52,7 +53,9 @@ def pinched():
 
 
 @pytest.mark.parametrize("mesh", MESHES)
-@pytest.mark.parametrize("element, thickness", [(Membrane(), 0.1), (Shell(3), 0.1), (Shell(3), 0.5), (Shell(3), 1.0)])
+@pytest.mark.parametrize(
+    "element, thickness", [(Membrane(), 0.1), (Shell(3), 0.1), (Shell(3), 0.5), (Shell(3), 1.0), (Shell(3), 2.0)]
+)
 def test_step_is_below_the_limit_and_close_to_it(mesh, element, thickness):
     dynamics = motion(MESHES[mesh](), thickness, element)
     found, limit = dynamics.limit / dynamics.method.safety, true_limit(dynamics)
