@@ -169,10 +169,10 @@ class ToolContact:
             v = lanes(run, contact, spins(run, contact)[0], x)
             self.inertia = weight * np.einsum("n,jnc,knc->jk", sheet, v, v)
         self.inverse = np.linalg.inv(self.inertia)
-        # Of the sheet on these coordinates, in the last step and the one before [N], and the damper of its bounce.
+        # Of the sheet on these coordinates [N]; and what the damper of its bounce makes of it, now and a step before.
         touching = np.flatnonzero(contact.touching)
-        self.reaction, self.damper = self.reacted(x, touching, float(contact.force @ run.axis), sheet[touching].sum())
-        self.reaction_before = self.reaction.copy()
+        self.reaction, self.bounce = self.reacted(x, touching, float(contact.force @ run.axis), sheet[touching].sum())
+        self.bounce_before = self.bounce
         self.impulse = np.zeros(3)  # on the tool since the last record [N s]
 
     @property
@@ -202,11 +202,11 @@ class ToolContact:
         """Move a tool by the load (j,) [N] on its free coordinates, the sheet's reaction, and the damping of its bounce
         on the sheet.
 
-        The sheet holds it as springs of stiffness m/dt^2. The damper of critical strength acts on the change of the
-        reaction, so that it resists no steady movement.
+        The sheet holds it as springs of stiffness m/dt^2. The damper, of critical strength, is the change of a multiple
+        of the reaction: it resists no steady movement, and leaves no impulse behind when a node lets go.
         """
         self.at, contact, drive = self.here(), self.contact, self.run.drive
-        force = load + self.reaction + self.damper @ (self.reaction - self.reaction_before)
+        force = load + self.reaction + self.bounce - self.bounce_before
         self.rates += dtm * self.inverse @ force
         contact.travel[0] += dt * self.rates[0]
         if len(drive.axes):
@@ -272,16 +272,17 @@ class ToolContact:
         self.cornered = nodes
 
     def reacted(self, x, nodes, along, touching):
-        """What the sheet does to the free coordinates (j,) [N], and the damper (j, j) of the tool's bounce on it.
+        """What the sheet does to the free coordinates (j,) [N], and that times the damper of the tool's bounce on it.
 
         x : (n, 3); nodes : that may touch; along : their force along the axis [N]; touching : their mass
 
         The tool, of inertia M, bounces on B/dt^2, where B is the mass of the touching nodes as seen along their
-        normals. With B phi = mu M phi its modes have omega dt = sqrt(mu), and those of critical damping the damper
-        sum 2/sqrt(mu) (M phi)(phi .) on the change of the reaction.
+        normals. With B phi = mu M phi its modes have omega dt = sqrt(mu), and are damped critically by
+        sum 2/sqrt(mu) (M phi)(phi .) of the change of the reaction.
         """
         if len(self.rates) == 1:
-            return np.array([along]), np.array([[2.0 * sqrt(self.inertia[0, 0] / touching) if touching > 0.0 else 0.0]])
+            damper = 2.0 * sqrt(self.inertia[0, 0] / touching) if touching > 0.0 else 0.0
+            return np.array([along]), np.array([damper * along])
         contact = self.contact
         v = lanes(self.run, contact, spins(self.run, contact)[0], x[nodes])
         reaction = -np.einsum("nc,jnc->j", contact.push[nodes], v)
@@ -290,7 +291,7 @@ class ToolContact:
         mu, phi = eigh(held, self.inertia)
         there = mu > 1e-9 * mu[-1]
         phi, mu = phi[:, there], mu[there]
-        return reaction, self.inertia @ phi @ (2.0 / np.sqrt(mu)[:, None] * phi.T)
+        return reaction, self.inertia @ phi @ (2.0 / np.sqrt(mu) * (phi.T @ reaction))
 
     def work(self, v, v_new, u_new, dtm, sums):
         """Add the step's work of the tool, contact and friction to sums [mJ], once all tools have been met."""
@@ -304,8 +305,8 @@ class ToolContact:
         sums["external"] += driven
         sums["contact"] += collided
         sums["friction"] += rubbed
-        self.reaction_before = self.reaction
-        self.reaction, self.damper = self.reacted(u_new, self.near, -along, touching)
+        self.bounce_before = self.bounce
+        self.reaction, self.bounce = self.reacted(u_new, self.near, -along, touching)
 
     def record(self, half_thickness, span):
         """Finish the contact's state: its force is the mean over the span [s] since the last record."""

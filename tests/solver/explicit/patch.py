@@ -27,12 +27,14 @@ def arch(n, m, radius, width):
     return mesh
 
 
-def motion(mesh, thickness, element=None, poisson=0.3, **blank):
-    """Dynamics of a sheet that nothing acts on; undamped."""
+def motion(mesh, thickness, element=None, poisson=0.3, steps=0.0, **blank):
+    """Dynamics of a sheet that nothing acts on; undamped. steps : target, see Explicit"""
     sheet = build_sheet(Blank(mesh, thickness, elastic(poisson), element or Membrane(), **blank))
     state = State(new_sheet(sheet.points, sheet.elements.n_slopes, len(sheet.elements.point_volume)), {})
     stage = Stage()
-    dynamics = Dynamics(sheet, stage, [], state, Explicit(damping=0.0, scaled=0.0), start_march(stage, sheet, {}))
+    dynamics = Dynamics(
+        sheet, stage, [], state, Explicit(damping=0.0, scaled=0.0, steps=steps), start_march(stage, sheet, {})
+    )
     dynamics.has_loads = False
     return dynamics
 

@@ -59,13 +59,13 @@ def _down(angle):
 @pytest.mark.parametrize("element", [Membrane(), Shell(3)])
 def test_frequency_of_a_ring_that_breathes(element):
     # omega = sqrt(E / rho) / R
-    radius = 50.0
-    mesh = arch(48, 2, radius, 4.0)
+    radius, n = 50.0, 48
+    mesh = arch(n, 2, radius, 4.0)
     dynamics = motion(mesh, 1.0, element, 0.0)
     shape = mesh.points * [1e-3 / radius, 0.0, 1e-3 / radius]
     expected = np.sqrt(YOUNG / DENSITY) / radius
     steps = int(2.2 * 2.0 * np.pi / expected / dynamics.limit)
-    assert frequency(*swing(dynamics, shape, steps)) == pytest.approx(expected, rel=2e-3)
+    assert frequency(*swing(dynamics, shape, steps)) == pytest.approx(expected, rel=3e-3)
 
 
 @pytest.mark.parametrize("element", [Membrane(), Shell(3)])
