@@ -91,7 +91,7 @@ def meet_tool(
         # Across it. A law's speed is the one that the node has, not what the step would give it without friction.
         sliding = across = 0.0
         for c in range(3):
-            slide = free[node, c] * (v_new[node, c] - tool[c] - vn * normal[k, c])
+            slide = v_new[node, c] - tool[c] - vn * normal[k, c]
             tau[node, c] = slide
             sliding += slide * slide
             across += (v[node, c] - tool[c]) ** 2
@@ -107,14 +107,15 @@ def meet_tool(
             slowed = factor * tau[node, c]
             tau[node, c] = m * slowed / dtm
             n_new[node, c] = normal[k, c]
-            v_new[node, c] += free[node, c] * dv * normal[k, c] + slowed
-            u_new[node, c] += free[node, c] * lift * normal[k, c] + dt * slowed
+            v_new[node, c] += free[node, c] * (dv * normal[k, c] + slowed)
+            u_new[node, c] += free[node, c] * (lift * normal[k, c] + dt * slowed)
 
 
 @njit(cache=True)
-def contact_work(near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis, dtm, mass, impulse):
-    """Adds the impulse on the tool (3,) [N s]. Returns work of the tool, lost in contact, lost in friction [mJ], the
-    force on the sheet along the tool's axis [N], mass of the touching nodes [tonne].
+def contact_work(near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis, dtm, mass, free, impulse):
+    """Adds the impulse on the tool (3,) [N s]. Returns the work of the tool, and of what holds its nodes, lost in
+    contact, lost in friction [mJ], the force on the sheet along the tool's axis [N], mass of the touching nodes
+    [tonne].
 
     lost : (n,) mJ, or BY_PATH; u_new : (n, 3) where the nodes are
     """
@@ -132,6 +133,9 @@ def contact_work(near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis
             push = normal_force[node] * normal[node, c]
             path = (0.5 * (v[node, c] + v_new[node, c]) - tool[c]) * dtm
             driven += (push + tau[node, c]) * tool[c] * dtm
+            if free[node, c] == 0.0:
+                # What holds the node takes this force, over the node's way.
+                driven -= (push + tau[node, c]) * (path + tool[c] * dtm)
             if by_path:
                 collided -= push * path
             rubbed -= tau[node, c] * path
@@ -299,7 +303,7 @@ class ToolContact:
         for foot, nodes in zip(self.contact.feet, (self.near, self.cornered, self.cornered)):
             total += contact_work(
                 nodes, foot.normal_force, foot.normal, foot.friction_force, self.lost, v, v_new, u_new, self.w,
-                self.run.axis, dtm, self.mass, self.impulse,
+                self.run.axis, dtm, self.mass, self.free, self.impulse,
             )  # fmt: skip
         driven, collided, rubbed, along, touching = total
         sums["external"] += driven

@@ -268,7 +268,7 @@ def meet_walls(
             continue
         slide = np.empty(3)
         for c in range(3):
-            slide[c] = free[node, c] * (v_new[node, c] - tool[c])
+            slide[c] = v_new[node, c] - tool[c]
         for i in range(pressing):
             part = 0.0
             for c in range(3):
@@ -284,8 +284,8 @@ def meet_walls(
                 for c in range(3):
                     tau[k, j, c] = m * share * slide[c] / dtm
         for c in range(3):
-            v_new[node, c] += factor * slide[c]
-            u_new[node, c] += dt * factor * slide[c]
+            v_new[node, c] += free[node, c] * factor * slide[c]
+            u_new[node, c] += free[node, c] * dt * factor * slide[c]
 
 
 @njit(forceinline=True)
