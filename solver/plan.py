@@ -89,8 +89,6 @@ def plan(scene, method=None):
                     f"tool {tool.name!r} tilts: found a corner of radius {tool.surface.tightest():.3g} mm, expected "
                     f"above {tight_radius(blank.thickness):.3g} mm, or a guided tool"
                 )
-            if tool.tilts and method is not None and not method.tilts:
-                raise SceneError(f"tool {tool.name!r} tilts: expected the implicit method, or a guided tool")
         if any(tool.friction is not None and tool.friction.needs_speed for tool in stage.tools) and stage.path > 0.0:
             runs.append((f"stage {stage.name!r}, speed", f"{stage.speed:g} mm/s: it lasts {stage.seconds:.3g} s"))
         frictionless = [tool.name for tool in stage.tools if tool.mu == 0.0]
@@ -98,12 +96,6 @@ def plan(scene, method=None):
             skips.append((f"stage {stage.name!r}, friction", f"none given for {', '.join(frictionless)}"))
     for name, tool in scene.tools.items():
         if feet_per_node(tool.surface, blank.thickness) > 1:
-            if method is not None and not method.several_feet:
-                raise SceneError(
-                    f"tool {name}: found a corner of radius {tool.surface.tightest():.3g} mm, where a node can touch "
-                    f"several walls; expected above {tight_radius(blank.thickness):.3g} mm, or the implicit method: "
-                    "explicit contact knows the nearest wall only"
-                )
             runs.append((f"contact with {name}", "up to three feet per node: it has corners below half the thickness"))
     if not any(feet_per_node(tool.surface, blank.thickness) > 1 for tool in scene.tools.values()):
         skips.append(("further feet of a node", "no tool has a corner below half the thickness"))

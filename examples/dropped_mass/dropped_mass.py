@@ -7,11 +7,13 @@ that the explicit solver steps a sheet's nodes with; written here in kg, m, s.
 """
 
 import sys
+from itertools import repeat
 
 import numpy as np
 
 from solver.explicit.central_differences import predict
-from solver.explicit.contact import PENALTY, TOUCH, meet_tool
+from solver.explicit.contact import meet_tool
+from solver.explicit.laws import PENALTY, TOUCH
 
 MASS, GRAVITY, HEIGHT = 1.0, 9.81, 0.1
 STIFFNESS = 1e6  # N/m, of the penalty
@@ -22,9 +24,11 @@ PERIOD = 2.0 * np.sqrt(2.0 * HEIGHT / GRAVITY)  # of a bounce
 def drop(law, dt, bounces=1, height=HEIGHT):
     """Drop the mass and let it bounce.
 
-    law : PENALTY or TOUCH; dt : step [s]
-    returns : times, heights; heights of the bounces' tops (bounces,), each from the parabola through three steps
+    law : PENALTY or TOUCH; dt : step [s], or an iterator of steps
+    returns : times, heights; heights of the bounces' tops (bounces,), each on the parabola of the step beside it
     """
+    lengths = repeat(dt) if isinstance(dt, float) else dt
+    dt = next(lengths)
     parameter = STIFFNESS / MASS if law == PENALTY else 1.0
     u, v, u_new, v_new = (np.zeros((1, 3)) for _ in range(4))
     u[0, 2] = height
@@ -32,14 +36,16 @@ def drop(law, dt, bounces=1, height=HEIGHT):
     mass, half, external = np.array([MASS]), np.zeros(1), np.array([[0.0, 0.0, -MASS * GRAVITY]])
     nothing, fixed, free = np.zeros((1, 3)), np.zeros((1, 3), dtype=bool), np.ones((1, 3))
     gap, force, friction, status = np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
-    lost = np.zeros(1)
-    normal, up, near, rest = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, dtype=np.int64), np.zeros(3)
+    lost, rest = np.zeros(1), np.zeros((3, 3))
+    normal, up, near = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, dtype=np.int64)
     times, heights, tops = [0.0], [height], []
     while len(tops) < bounces:
-        predict(u, v, mass, external, nothing, fixed, nothing, 0.0, dt, dt, 0.0, u_new, v_new)
+        before, dt = dt, next(lengths)
+        dtm = 0.5 * (before + dt)
+        predict(u, v, mass, external, nothing, fixed, nothing, 0.0, dt, dtm, 0.0, u_new, v_new)
         distance = (u if law == PENALTY else u_new)[:, 2].copy()
         meet_tool(
-            law, parameter, near, distance, up, near, half, mass, free, 0.0, None, rest, dt, dt, v, u_new, v_new, gap,
+            law, parameter, near, distance, up, near, half, mass, free, 0.0, None, rest, dt, dtm, v, u_new, v_new, gap,
             force, normal, friction, status, lost,
         )  # fmt: skip
         u, u_new, v, v_new = u_new, u, v_new, v
@@ -47,7 +53,7 @@ def drop(law, dt, bounces=1, height=HEIGHT):
         heights.append(float(u[0, 2]))
         a, b, c = heights[-3:] if len(heights) > 3 else (0.0, 0.0, 0.0)
         if b > a and b >= c and b > 0.0:
-            tops.append(b + (c - a) ** 2 / (8.0 * (2.0 * b - a - c)))
+            tops.append(0.5 * (b + c) + GRAVITY * dt**2 / 8.0 + ((c - b) / dt) ** 2 / (2.0 * GRAVITY))
     return np.array(times), np.array(heights), np.array(tops)
 
 

@@ -232,11 +232,11 @@ def spins(run, contact):
     return omega, slope
 
 
-def _lanes(run, contact, omega, x):
+def lanes(run, contact, omega, x):
     """v (j, n, 3) at points x (n, 3)."""
-    lanes = np.cross(omega[:, None, :], (x - run.pivot - contact.travel * run.axis)[None])
-    lanes[0] = run.axis
-    return lanes
+    v = np.cross(omega[:, None, :], (x - run.pivot - contact.travel * run.axis)[None])
+    v[0] = run.axis
+    return v
 
 
 def pushed_back(run, state, pins):
@@ -273,25 +273,32 @@ def force_borne(run, state):
     return float(pin_forces(run.drive, pushed_back(run, state, pins))[0].sum())
 
 
-def balance(run, state, uplift=None):
-    """What is out of balance at each coordinate of a tool (j,) [N].
+def load_on(run, state, uplift=None):
+    """What bears a tool, on each of its coordinates (j,) [N].
 
     uplift : (points (q, 3), forces (q,) [N]) that push it back from the sheet, or None
     """
     contact = state.tools[run.tool.name]
     if run.pivot is None:
-        rest = run.press * force_borne(run, state) + contact.force @ run.axis
-        return np.array([rest - (run.press * uplift[1].sum() if uplift else 0.0)])
+        return np.array([run.press * (force_borne(run, state) - (uplift[1].sum() if uplift else 0.0))])
     omega, _ = spins(run, contact)
-    x, pins = state.sheet.x, _pins_now(run, contact)
-    found = -np.einsum("nc,jnc->j", contact.push, _lanes(run, contact, omega, x))
+    pins = _pins_now(run, contact)
     force, _ = pin_forces(run.drive, pushed_back(run, state, pins))
-    lanes = np.cross(omega[:, None, :], pins[None])
-    lanes[0] = run.axis
-    found += run.press * lanes @ run.axis @ force
+    v = np.cross(omega[:, None, :], pins[None])
+    v[0] = run.axis
+    found = run.press * v @ run.axis @ force
     if uplift:
-        found -= run.press * _lanes(run, contact, omega, uplift[0]) @ run.axis @ uplift[1]
+        found -= run.press * lanes(run, contact, omega, uplift[0]) @ run.axis @ uplift[1]
     return found
+
+
+def balance(run, state, uplift=None):
+    """What is out of balance at each coordinate of a tool (j,) [N]. uplift : see load_on"""
+    contact = state.tools[run.tool.name]
+    if run.pivot is None:
+        return load_on(run, state, uplift) + contact.force @ run.axis
+    v = lanes(run, contact, spins(run, contact)[0], state.sheet.x)
+    return load_on(run, state, uplift) - np.einsum("nc,jnc->j", contact.push, v)
 
 
 def borders(run, state, blocks, uplift=None):
@@ -307,12 +314,12 @@ def borders(run, state, blocks, uplift=None):
         return column[:, :, None], row[:, :, None], np.array([[corner]])
     push = contact.push
     omega, change = spins(run, contact)
-    lanes = _lanes(run, contact, omega, state.sheet.x)
+    v = lanes(run, contact, omega, state.sheet.x)
     arm = state.sheet.x - run.pivot - contact.travel * run.axis
     turned = np.cross(omega[:, None, :], push[None])  # omega_j x f
-    column = -np.einsum("ncd,jnd->ncj", blocks, lanes) - np.moveaxis(turned, 0, 2)
-    row = -np.einsum("ndc,jnd->ncj", blocks, lanes) - np.moveaxis(turned, 0, 2)
-    corner = np.einsum("jnc,ncd,knd->jk", lanes, blocks, lanes) + np.einsum("jnc,knc->jk", lanes, turned)
+    column = -np.einsum("ncd,jnd->ncj", blocks, v) - np.moveaxis(turned, 0, 2)
+    row = -np.einsum("ndc,jnd->ncj", blocks, v) - np.moveaxis(turned, 0, 2)
+    corner = np.einsum("jnc,ncd,knd->jk", v, blocks, v) + np.einsum("jnc,knc->jk", v, turned)
     # Where the lanes themselves change: spins turn into each other, and a travel takes the pivot along.
     corner += np.einsum("jkc,c->jk", change, np.cross(arm, push).sum(axis=0))
     corner[:, 0] -= np.cross(omega, run.axis) @ push.sum(axis=0)

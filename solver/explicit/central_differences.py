@@ -58,13 +58,14 @@ def account(v, v_new, mass, external, internal, fixed, dtm, damping, sums):
 
 
 @njit(parallel=True, cache=True)
-def through_thickness(
-    stress, stress_new, strain, strain_new, thickness_strain, weight, volume, initial, thickness, sums
-):
+def through_thickness(stress, stress_new, strain, strain_new, plastic, weight, volume, initial, thickness, sums):
     """Fills thickness (m,) [mm], and sums (chunks,) with the work of the stresses over the step [mJ].
 
-    stress, strain (p, 3), thickness_strain (p,) of the points, layer by layer; weight (layers,) sums to 1;
-    volume : (m,); initial : thickness
+    stress, strain, plastic (p, 3) of the points, layer by layer; weight (layers,) sums to 1; volume : (m,);
+    initial : thickness
+
+    The thickness is what it would be unloaded. Contact that followed the elastic part, some 1e-4 of it, a step late,
+    would let an edge pressed against a wall feed on its own waves.
     """
     n_layers, m = weight.shape[0], thickness.shape[0]
     for chunk in prange(sums.shape[0]):
@@ -73,7 +74,7 @@ def through_thickness(
             mean = work = 0.0
             for layer in range(n_layers):
                 p = tri * n_layers + layer
-                mean += weight[layer] * thickness_strain[p]
+                mean -= weight[layer] * (plastic[p, 0] + plastic[p, 1])
                 density = (stress[p, 0] + stress_new[p, 0]) * (strain_new[p, 0] - strain[p, 0])
                 density += (stress[p, 1] + stress_new[p, 1]) * (strain_new[p, 1] - strain[p, 1])
                 density += (stress[p, 2] + stress_new[p, 2]) * (strain_new[p, 2] - strain[p, 2])

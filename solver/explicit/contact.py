@@ -11,27 +11,17 @@ of stiffness m/dt^2, the stiffest that a node can carry, and the last one is met
 """
 
 from math import sqrt
+from types import SimpleNamespace
 
 import numpy as np
 from numba import njit, prange
+from scipy.linalg import eigh
 
-from ..contact.friction import coefficient, law_at
+from ..contact.drive import lanes, spins, to_space, to_tool
+from ..contact.feet import MOST
 from ..contact.node_on_tool import OPEN, SLIP, STICK
-from .method import Kinematic, Penalty, Touch
-
-KINEMATIC, TOUCH, PENALTY = 0, 1, 2
-BY_PATH = -1.0  # energy lost in contact is the force's work along the node's path
-GRIP = 0.1  # part of the normal that has to lie along free directions
-
-
-def law_of(contact, dt):
-    """Number of a law and its parameter. dt : stable step at the stage's start [s]"""
-    if isinstance(contact, Penalty):
-        return PENALTY, contact.stiffness / dt**2
-    if isinstance(contact, Touch):
-        return TOUCH, float(contact.restitution)
-    assert isinstance(contact, Kinematic)
-    return KINEMATIC, 0.0
+from .corners import Walls, meet_walls
+from .laws import BY_PATH, GRIP, KINEMATIC, PENALTY, answer, grip_of, velocity_at
 
 
 @njit(cache=True)
@@ -61,29 +51,6 @@ def wake(points, shift, place, distance, reach, before, normal_force, tau, statu
     return count
 
 
-@njit(forceinline=True)
-def bounce(gap, approach, pull, dt, restitution):
-    """A step divided at the instant of first touch.
-
-    gap : at the step's start; approach : velocity of the gap then; pull : its acceleration, constant
-    returns : gap at the end, velocity of the gap as `predict` goes on from it, velocity squared that the bounce took.
-    A node that comes to rest on the tool within the step stays there.
-    """
-    # First root of gap + approach tau + pull tau^2 / 2; a node already overlapping touches at once.
-    tau = 0.0
-    if gap > 0.0:
-        # gap at the end is negative, so there is one root within the step
-        root = sqrt(max(approach * approach - 2.0 * pull * gap, 0.0))
-        tau = min(max(2.0 * gap / (root - approach), 0.0), dt) if root > approach else dt
-    left = dt - tau
-    impact = min(approach + pull * tau, 0.0)
-    back = -restitution * impact
-    end = back * left + 0.5 * pull * left * left
-    if end <= 0.0:
-        return 0.0, -gap / dt, BY_PATH
-    return end, back + pull * left - 0.5 * pull * dt, impact * impact - back * back
-
-
 @njit(parallel=True, cache=True)
 def meet_tool(
     law, parameter, near, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
@@ -94,7 +61,7 @@ def meet_tool(
     parameter : restitution of a touch; stiffness of a penalty over the node's mass [1/s^2]
     near : (k,) nodes; distance (k,), normal (k, 3), face (k,) of their projection after the predicted step (penalty:
     before it); mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
-    half_thickness (n,), mass (n,); free : (n, 3) 1 where a node may move; w : (3,) mm/s;
+    half_thickness (n,), mass (n,); free : (n, 3) 1 where a node may move; w : (3, 3) of the tool, see velocity_at;
     v : before the step
     changes u_new, v_new (n, 3); fills gap (n,), normal_force (n,), n_new (n, 3), tau (n, 3), status (n,) of these
     nodes, and lost (n,) mJ, or BY_PATH
@@ -104,50 +71,33 @@ def meet_tool(
         m = mass[node]
         d = distance[k] - half_thickness[node]
         gap[node] = d
-        hold = vn = 0.0
+        tool = velocity_at(w, u_new[node])
+        hold = vn = before = 0.0
         for c in range(3):
             hold += free[node, c] * normal[k, c] * normal[k, c]
-            vn += (v_new[node, c] - w[c]) * normal[k, c]
+            vn += (v_new[node, c] - tool[c]) * normal[k, c]
+            before += (v[node, c] - tool[c]) * normal[k, c]
         normal_force[node], status[node], lost[node] = 0.0, OPEN, BY_PATH
         for c in range(3):
             tau[node, c] = 0.0
         if d >= 0.0 or hold < GRIP:
             continue
         # Along the normal.
-        if law == KINEMATIC:
-            dv = -d / (dt * hold)
-            lift = dt * dv
-        elif law == PENALTY:
-            dv = -d * parameter * dtm / hold
-            lift = dt * dv
-        else:
-            before = 0.0
-            for c in range(3):
-                before += (v[node, c] - w[c]) * normal[k, c]
-            pull = (vn - before) / dtm
-            start = d - dt * vn
-            end, after, taken = bounce(start, vn - 0.5 * dt * pull, pull, dt, parameter)
-            if taken >= 0.0:
-                lost[node] = 0.5 * m * taken / hold
-            dv, lift = (after - vn) / hold, (end - d) / hold
+        gain, lift, taken = answer(law, parameter, d, vn, before, dt, dtm)
+        if taken >= 0.0:
+            lost[node] = 0.5 * m * taken / hold
+        dv, lift = gain / hold, lift / hold
         force = m * dv / dtm
-        # Across it.
-        sliding = 0.0
+        # Across it. A law's speed is the one that the node has, not what the step would give it without friction.
+        sliding = across = 0.0
         for c in range(3):
-            slide = free[node, c] * (v_new[node, c] - w[c] - vn * normal[k, c])
+            slide = v_new[node, c] - tool[c] - vn * normal[k, c]
             tau[node, c] = slide
             sliding += slide * slide
+            across += (v[node, c] - tool[c]) ** 2
         sliding = sqrt(sliding)
-        stopped = mu * dv
-        if laws is not None:
-            row = laws.rows[law_at(laws.law_of_face, face[k])]
-            # The speed it has, not the one that the step would give it without friction.
-            along = across = 0.0
-            for c in range(3):
-                along += (v[node, c] - w[c]) * normal[k, c]
-                across += (v[node, c] - w[c]) ** 2
-            speed = sqrt(max(across - along * along, 0.0)) / laws.lapse[0]
-            stopped = dv * coefficient(row, max(force, 0.0) / laws.area[node], speed)[0]
+        speed = sqrt(max(across - before * before, 0.0))
+        stopped = dv * grip_of(mu, laws, face[k], node, force, speed)
         factor = 0.0
         if stopped > 0.0 and sliding > 0.0:
             factor = -min(1.0, stopped / sliding)
@@ -157,14 +107,18 @@ def meet_tool(
             slowed = factor * tau[node, c]
             tau[node, c] = m * slowed / dtm
             n_new[node, c] = normal[k, c]
-            v_new[node, c] += free[node, c] * dv * normal[k, c] + slowed
-            u_new[node, c] += free[node, c] * lift * normal[k, c] + dt * slowed
+            v_new[node, c] += free[node, c] * (dv * normal[k, c] + slowed)
+            u_new[node, c] += free[node, c] * (lift * normal[k, c] + dt * slowed)
 
 
 @njit(cache=True)
-def contact_work(near, normal_force, normal, tau, lost, v, v_new, w, axis, dtm, mass, impulse):
-    """Adds the impulse on the tool (3,) [N s]. Returns work of the tool, lost in contact, lost in friction [mJ], the
-    force on the sheet along the tool's axis [N], mass of the touching nodes [tonne]."""
+def contact_work(near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis, dtm, mass, free, impulse):
+    """Adds the impulse on the tool (3,) [N s]. Returns the work of the tool, and of what holds its nodes, lost in
+    contact, lost in friction [mJ], the force on the sheet along the tool's axis [N], mass of the touching nodes
+    [tonne].
+
+    lost : (n,) mJ, or BY_PATH; u_new : (n, 3) where the nodes are
+    """
     driven = collided = rubbed = along = touching = 0.0
     for k in range(near.shape[0]):
         node = near[k]
@@ -174,10 +128,14 @@ def contact_work(near, normal_force, normal, tau, lost, v, v_new, w, axis, dtm, 
         by_path = lost[node] == BY_PATH
         if not by_path:
             collided += lost[node]
+        tool = velocity_at(w, u_new[node])
         for c in range(3):
             push = normal_force[node] * normal[node, c]
-            path = (0.5 * (v[node, c] + v_new[node, c]) - w[c]) * dtm
-            driven += (push + tau[node, c]) * w[c] * dtm
+            path = (0.5 * (v[node, c] + v_new[node, c]) - tool[c]) * dtm
+            driven += (push + tau[node, c]) * tool[c] * dtm
+            if free[node, c] == 0.0:
+                # What holds the node takes this force, over the node's way.
+                driven -= (push + tau[node, c]) * (path + tool[c] * dtm)
             if by_path:
                 collided -= push * path
             rubbed -= tau[node, c] * path
@@ -189,47 +147,85 @@ def contact_work(near, normal_force, normal, tau, lost, v, v_new, w, axis, dtm, 
 class ToolContact:
     """One tool of a stage: who is near, where they meet it, and the tool's own movement.
 
-    run : ToolRun; contact : ContactState, filled in place; law : (number, parameter); mass : (n,); free : (n, 3);
-    inertia : of a tool driven by a force [tonne]
+    run : ToolRun; contact : ContactState, filled in place; law : (number, parameter); mass : (n,); free : (n, 3)
+    x : (n, 3) of the nodes at the stage's start; weight : mass of a tool driven by a force, over the sheet's. It is
+    spread like the sheet's, so that it turns as sluggishly as it travels.
     """
 
-    def __init__(self, run, contact, law, mass, free, inertia):
-        self.run, self.contact, self.inertia = run, contact, inertia
+    def __init__(self, run, contact, law, mass, free, x, weight):
+        self.run, self.contact = run, contact
         self.law, self.parameter = law
         self.mass, self.free = mass, free
         n = len(contact.status)
         self.room = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
         self.near, self.local = self.room[0][:0], np.empty((n, 3))
         self.lost = np.zeros(n)
-        self.velocity = 0.0  # along the axis [mm/s]
-        # Of the sheet along the axis, in the last step and the one before [N], and the mass that felt it.
-        self.reaction = self.reaction_before = float(contact.force @ run.axis)
-        self.touching = float(mass[: len(contact.status)][contact.status != OPEN].sum())
+        self.walls = Walls(run.tool.surface, n) if contact.further else None
+        self.cornered = self.room[0][:0]
+        # Velocities of the free coordinates (drive.py): travel, and tilts times a length [mm/s].
+        n_tilts = 0 if run.drive is None else len(run.drive.axes)
+        self.rates = np.zeros(1 + n_tilts)
+        self.w, self.at = np.zeros((3, 3)), self.here()
+        self.place_pivot()
+        sheet = mass[:n]
+        self.inertia = np.full((1, 1), weight * sheet.sum())
+        if n_tilts:
+            v = lanes(run, contact, spins(run, contact)[0], x)
+            self.inertia = weight * np.einsum("n,jnc,knc->jk", sheet, v, v)
+        self.inverse = np.linalg.inv(self.inertia)
+        # Of the sheet on these coordinates [N]; and what the damper of its bounce makes of it, now and a step before.
+        touching = np.flatnonzero(contact.touching)
+        self.reaction, self.bounce = self.reacted(x, touching, float(contact.force @ run.axis), sheet[touching].sum())
+        self.bounce_before = self.bounce
         self.impulse = np.zeros(3)  # on the tool since the last record [N s]
+
+    @property
+    def velocity(self):
+        """Along the axis [mm/s]."""
+        return self.rates[0]
+
+    def here(self):
+        """Where the tool is, as a ContactState tells it."""
+        return SimpleNamespace(travel=self.contact.travel.copy(), tilt=self.contact.tilt.copy())
+
+    def place_pivot(self):
+        """Velocity and place of the point the tool turns about."""
+        run = self.run
+        self.w[0] = self.rates[0] * run.axis
+        if run.pivot is not None:
+            self.w[2] = run.pivot + self.contact.travel[0] * run.axis
 
     def travel_to(self, travel, dt):
         """Move a tool of prescribed travel over a step."""
-        self.velocity = (travel - self.contact.travel[0]) / dt
+        self.at = self.here()
+        self.rates[0] = (travel - self.contact.travel[0]) / dt
         self.contact.travel[0] = travel
+        self.place_pivot()
 
     def be_driven(self, load, dt, dtm):
-        """Move a tool by its load, the sheet's reaction, and the damping of its bounce on the sheet.
+        """Move a tool by the load (j,) [N] on its free coordinates, the sheet's reaction, and the damping of its bounce
+        on the sheet.
 
-        The sheet holds it as springs of stiffness m/dt^2, omega dt = sqrt(sum m/M). The damper of critical strength
-        acts on the change of the reaction, so that it resists no steady movement.
+        The sheet holds it as springs of stiffness m/dt^2. The damper, of critical strength, is the change of a multiple
+        of the reaction: it resists no steady movement, and leaves no impulse behind when a node lets go.
         """
-        change = self.reaction - self.reaction_before
-        bounce = 2.0 * np.sqrt(self.inertia / self.touching) * change if self.touching > 0.0 else 0.0
-        self.velocity += dtm / self.inertia * (self.run.press * load + self.reaction + bounce)
-        self.contact.travel[0] += dt * self.velocity
+        self.at, contact, drive = self.here(), self.contact, self.run.drive
+        force = load + self.reaction + self.bounce - self.bounce_before
+        self.rates += dtm * self.inverse @ force
+        contact.travel[0] += dt * self.rates[0]
+        if len(drive.axes):
+            tilts = self.rates[1:]
+            contact.tilt += dt / drive.lever * tilts @ drive.axes
+            self.w[1] = tilts @ spins(self.run, contact)[0][1:]
+        self.place_pivot()
 
     def meet(self, u, v, half_thickness, dt, dtm, u_new, v_new):
         """Let the nodes touch the tool at the end of their predicted step."""
-        contact, watch = self.contact, self.run.neighbourhood
-        w = self.velocity * self.run.axis
-        shift, points = contact.travel[0] * self.run.axis, u_new
-        if self.law == PENALTY:
-            shift, points = shift - dt * w, u
+        contact, watch, run = self.contact, self.run.neighbourhood, self.run
+        points, at = (u, self.at) if self.law == PENALTY else (u_new, contact)
+        shift = at.travel[0] * run.axis
+        if run.pivot is not None:
+            points, shift = to_tool(run, at, points[: len(half_thickness)]), np.zeros(3)
         self.room = self.room[::-1]
         count = wake(
             points, shift, watch.place, watch.distance, half_thickness, self.near, contact.normal_force,
@@ -238,26 +234,83 @@ class ToolContact:
         self.near = near = self.room[0][:count]
         watch.n_asked += len(half_thickness)
         watch.n_projected += count
+        if self.walls is not None:
+            self.leave_corners()
         if not count:
             return
-        hit = watch.project_these(near, self.local[:count])
+        local = self.local[:count]
+        hit = watch.project_these(near, local)
+        if self.walls is not None:
+            rows = self.walls.look(near, local, hit, half_thickness)
+            if len(rows):
+                self.meet_corners(near[rows], local[rows], half_thickness, dt, dtm, v, u_new, v_new)
+                rows = np.delete(np.arange(count), rows)
+                near, hit = near[rows], type(hit)(*(values[rows] for values in hit))
+        hit = to_space(run, at, hit)
         meet_tool(
             self.law, self.parameter, near, hit.distance, hit.normal, hit.face, half_thickness, self.mass, self.free,
-            self.run.tool.mu, self.run.laws, w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force,
+            run.tool.mu, run.laws, self.w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force,
             contact.normal, contact.friction_force, contact.status, self.lost,
         )  # fmt: skip
 
-    def work(self, v, v_new, dtm, sums):
-        """Add the step's work of the tool, contact and friction to sums [mJ], once all tools have been met."""
-        contact, axis = self.contact, self.run.axis
-        driven, collided, rubbed, along, self.touching = contact_work(
-            self.near, contact.normal_force, contact.normal, contact.friction_force, self.lost, v, v_new,
-            self.velocity * axis, axis, dtm, self.mass, self.impulse,
+    def leave_corners(self):
+        """Open the further feet of nodes that had some."""
+        for foot in self.contact.further:
+            foot.normal_force[self.cornered], foot.status[self.cornered] = 0.0, OPEN
+            foot.friction_force[self.cornered], foot.gap[self.cornered] = 0.0, np.inf
+        self.cornered = self.cornered[:0]
+
+    def meet_corners(self, nodes, local, half_thickness, dt, dtm, v, u_new, v_new):
+        """Let nodes (k,), at local (k, 3) in the tool's frame, touch all walls of a tight corner."""
+        run, k = self.run, len(nodes)
+        distance, normal, face, n_walls = self.walls.at(nodes, local)
+        gap = distance - half_thickness[nodes, None]
+        force, tau, status = np.zeros((k, MOST)), np.zeros((k, MOST, 3)), np.zeros((k, MOST), dtype=np.int64)
+        meet_walls(
+            self.law, self.parameter, nodes, gap, normal, face, n_walls, half_thickness, self.mass, self.free,
+            run.tool.mu, run.laws, self.w, dt, dtm, v, u_new, v_new, force, tau, status, self.lost,
         )  # fmt: skip
+        for j, foot in enumerate(self.contact.feet):
+            foot.gap[nodes], foot.normal_force[nodes], foot.normal[nodes] = gap[:, j], force[:, j], normal[:, j]
+            foot.friction_force[nodes], foot.status[nodes] = tau[:, j], status[:, j]
+        self.cornered = nodes
+
+    def reacted(self, x, nodes, along, touching):
+        """What the sheet does to the free coordinates (j,) [N], and that times the damper of the tool's bounce on it.
+
+        x : (n, 3); nodes : that may touch; along : their force along the axis [N]; touching : their mass
+
+        The tool, of inertia M, bounces on B/dt^2, where B is the mass of the touching nodes as seen along their
+        normals. With B phi = mu M phi its modes have omega dt = sqrt(mu), and are damped critically by
+        sum 2/sqrt(mu) (M phi)(phi .) of the change of the reaction.
+        """
+        if len(self.rates) == 1:
+            damper = 2.0 * sqrt(self.inertia[0, 0] / touching) if touching > 0.0 else 0.0
+            return np.array([along]), np.array([damper * along])
+        contact = self.contact
+        v = lanes(self.run, contact, spins(self.run, contact)[0], x[nodes])
+        reaction = -np.einsum("nc,jnc->j", contact.push[nodes], v)
+        across = np.einsum("jnc,nc->jn", v, contact.normal[nodes])
+        held = (self.mass[nodes] * (contact.status[nodes] != OPEN) * across) @ across.T
+        mu, phi = eigh(held, self.inertia)
+        there = mu > 1e-9 * mu[-1]
+        phi, mu = phi[:, there], mu[there]
+        return reaction, self.inertia @ phi @ (2.0 / np.sqrt(mu) * (phi.T @ reaction))
+
+    def work(self, v, v_new, u_new, dtm, sums):
+        """Add the step's work of the tool, contact and friction to sums [mJ], once all tools have been met."""
+        total = np.zeros(5)
+        for foot, nodes in zip(self.contact.feet, (self.near, self.cornered, self.cornered)):
+            total += contact_work(
+                nodes, foot.normal_force, foot.normal, foot.friction_force, self.lost, v, v_new, u_new, self.w,
+                self.run.axis, dtm, self.mass, self.free, self.impulse,
+            )  # fmt: skip
+        driven, collided, rubbed, along, touching = total
         sums["external"] += driven
         sums["contact"] += collided
         sums["friction"] += rubbed
-        self.reaction_before, self.reaction = self.reaction, -along
+        self.bounce_before = self.bounce
+        self.reaction, self.bounce = self.reacted(u_new, self.near, -along, touching)
 
     def record(self, half_thickness, span):
         """Finish the contact's state: its force is the mean over the span [s] since the last record."""
@@ -267,9 +320,10 @@ class ToolContact:
         far = np.ones(len(half_thickness), dtype=bool)
         far[self.near] = False
         contact.gap[far] = (self.run.neighbourhood.distance - half_thickness)[far]
-        if self.law == KINEMATIC:
-            contact.gap[contact.status != OPEN] = 0.0
-        contact.multiplier[:] = contact.normal_force
+        for foot in contact.feet:
+            if self.law == KINEMATIC:
+                foot.gap[foot.status != OPEN] = 0.0
+            foot.multiplier[:] = foot.normal_force
 
 
 def in_order(tools):

@@ -12,15 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contact.drawbead import build_beads, uplifts
-from ..contact.drive import force_borne
+from ..contact.drive import load_on
 from ..elements.assembly import gather_forces, gather_thickness
 from ..energy import NAMES
 from ..errors import StepFailed
 from ..implicit.increments import NEGLIGIBLE, March
 from ..loads import Loads
 from .central_differences import account, n_chunks, predict, through_thickness
-from .contact import ToolContact, in_order, law_of
-from .mass import lumped_masses, scaled_density, wave_steps
+from .contact import ToolContact, in_order
+from .laws import law_of
+from .mass import lengthened, lumped_masses, scaled_density, wave_steps
 from .pacing import pace
 from .stable_step import StableStep
 
@@ -28,6 +29,7 @@ log = logging.getLogger("cadlink")
 RECORDS = 200  # of a stage, about
 LOOKS = 50  # at the stable step in a stage, and more where triangles shrink: a look costs some 20 steps
 NARROWED, APART = 0.95, 200  # of the step, from which a new look is worth it; steps from one look to the next
+AIMS = 3  # times that mass is added for a target step, which no triangle alone decides
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
 CREEP = 1e-3  # change of the step from one to the next
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
@@ -78,17 +80,19 @@ class Dynamics:
                     nodes = sheet.blank.nodes_of(group)
                     self.fixed[nodes, axis], self.movement[nodes, axis] = True, distance
         plain = np.full(m, material.density)
-        density = scaled_density(sheet, plain, method.scaled)
-        self.added_mass = float(density @ sheet.triangles.volume / (plain @ sheet.triangles.volume) - 1.0)
-        self.density = density
-        self.mass = lumped_masses(sheet, density)
         self.pacing = pace(sheet, method)
         self.damping = method.damping * method.waves / self.pacing.duration
-        self.stable = StableStep(sheet, self.mass, self.fixed)
-        self.thickness, self.half = sheet.thickness(state.sheet.thickness_strain), np.empty(n)
+        plastic = state.sheet.plastic
+        self.thickness, self.half = sheet.thickness(-plastic[:, 0] - plastic[:, 1]), np.empty(n)
         self.gather_half()
         elements.begin(state.sheet, state.sheet, material, method)
-        self.limit = method.safety * self.stable.limit(state.sheet)
+        self.weigh(scaled_density(sheet, plain, method.scaled))
+        wanted = self.pacing.duration / method.steps if method.steps else 0.0
+        for _ in range(AIMS):
+            if self.limit >= wanted:
+                break
+            self.weigh(lengthened(sheet, self.density, wanted / self.limit))
+        self.added_mass = float(self.density @ sheet.triangles.volume / (plain @ sheet.triangles.volume) - 1.0)
         self.wave, self.shrunk, self.looked = self.fastest(), 1.0, 0
         self.loads = Loads(sheet, stage)
         self.beads = build_beads(stage, sheet, method)
@@ -101,12 +105,16 @@ class Dynamics:
         # A stop is a spring no stiffer than the tool's mass can carry in a step.
         solid = STOP * inertia / self.limit**2
         runs = [r if r.drive is None else r._replace(drive=r.drive._replace(solid=solid)) for r in in_order(tools)]
-        self.tools = [ToolContact(run, state.tools[run.tool.name], law, self.mass, free, inertia) for run in runs]
+        contacts = (state.tools[run.tool.name] for run in runs)
+        self.tools = [
+            ToolContact(run, contact, law, self.mass, free, state.sheet.x, TOOL_MASS)
+            for run, contact in zip(runs, contacts, strict=True)
+        ]
         # A tool that pressed in the stage before goes on pressing.
         fresh = begun.fraction == -1.0
-        self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].status.any()) for run in tools}
+        self.loaded = {run.tool.name: fresh and bool(state.tools[run.tool.name].touching.any()) for run in tools}
         for tool in self.tools:
-            tool.velocity = begun.rates[tool.run.tool.name]
+            tool.rates[:] = begun.rates[tool.run.tool.name]
             if tool.run.laws is not None:
                 # Tools move faster here than in the press: friction is that of the stage's own speed.
                 tool.run.laws.lapse[0] = stage.seconds / self.pacing.duration
@@ -121,8 +129,14 @@ class Dynamics:
         self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
         self.count = 0
 
+    def weigh(self, density):
+        """Give the triangles a density (m,), and find the stable step with it."""
+        self.density, self.mass = density, lumped_masses(self.sheet, density)
+        self.stable = StableStep(self.sheet, self.mass, self.fixed)
+        self.limit = self.method.safety * self.stable.limit(self.state.sheet)
+
     def gather_half(self):
-        """Half the thickness at the nodes."""
+        """Half the thickness at the nodes, without its elastic part."""
         gather_thickness(self.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
         self.half *= 0.5
 
@@ -155,8 +169,7 @@ class Dynamics:
         """Forces of the sheet that nothing of this stage answers, (n + k, 3) [N]."""
         residual, sheet = -self.state.sheet.internal, self.state.sheet
         for tool in self.tools:
-            c = tool.contact
-            residual[: len(sheet.x)] += c.normal_force[:, None] * c.normal + c.friction_force
+            residual[: len(sheet.x)] += tool.contact.push
         if self.loads.weight is not None:
             residual[: len(sheet.x)] += self.loads.weight
         residual[self.fixed] = 0.0
@@ -176,7 +189,7 @@ class Dynamics:
         name, count = self.stage.name, left / self.limit
         found = [f"stage {name!r}: {left:.3g} s in about {count:.0f} steps of {self.limit:.2g} s"]
         if self.added_mass > 1e-6:
-            found[0] += f", {100.0 * self.added_mass:.2g} % of mass added to its smallest triangles"
+            found[0] += f", {100.0 * self.added_mass:.2g} % of mass added to its fastest triangles"
         for tool in self.tools:
             if tool.run.drive is not None:
                 weight = f"{tool.run.tool.name} moves as a mass of {TOOL_MASS:g} times the sheet's"
@@ -199,7 +212,7 @@ class Dynamics:
         for tool in self.tools:
             run = tool.run
             if run.drive is not None:
-                load = force_borne(run, self.state) - self.uplifts.get(run.tool.name, 0.0)
+                load = load_on(run, self.state, self.uplifts.get(run.tool.name))
                 tool.be_driven(load if self.loaded[run.tool.name] else ready * load, dt, dtm)
             elif run.tool.travel is not None:
                 tool.travel_to(run.start + end * run.tool.travel, dt)
@@ -210,7 +223,7 @@ class Dynamics:
         for tool in self.tools:
             tool.meet(sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new)
         for tool in self.tools:
-            tool.work(self.v, self.v_new, dtm, self.work)
+            tool.work(self.v, self.v_new, self.u_new, dtm, self.work)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -232,7 +245,7 @@ class Dynamics:
         elements.forces(sheet, self.slot_force)
         gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
         through_thickness(
-            past.stress, sheet.stress, past.strain, sheet.strain, sheet.thickness_strain, elements.weight,
+            past.stress, sheet.stress, past.strain, sheet.strain, sheet.plastic, elements.weight,
             self.sheet.triangles.volume, self.sheet.blank.thickness, self.thickness, self.energies,
         )  # fmt: skip
         self.gather_half()
@@ -249,7 +262,7 @@ class Dynamics:
             for run in self.beads:
                 run.begin(sheet.x)
                 run.stiffness = min(run.stiffness, self.softest_bead(run))
-            self.uplifts = {name: forces.sum() for name, (_, forces) in uplifts(self.beads, sheet.x).items()}
+            self.uplifts = uplifts(self.beads, sheet.x)
         self.bead_force[:] = 0.0
         for run in self.beads:
             held = self.state.beads[run.bead.name]
@@ -328,7 +341,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             fraction=float(fraction),
             width=dt,
             rate=dynamics.v.copy(),
-            rates={tool.run.tool.name: float(tool.velocity) for tool in dynamics.tools},
+            rates={tool.run.tool.name: tool.rates.tolist() for tool in dynamics.tools},
         )
         outcome = Steps(steps, [drift])
         recorded, steps = time, 0

@@ -1,4 +1,4 @@
-"""Lumped masses: of nodes, of edge slopes, and what is added to triangles that would hold up all others.
+"""Lumped masses: of nodes, of edge slopes, and what is added to triangles that would hold up all others, or a target.
 
 A triangle gives a third of rho t A to each of its nodes. An edge slope phi is relative to its triangles, so its
 inertia adds nothing to rigid motions: I = K_phi (h/c)^2, K_phi its elastic stiffness, h the smallest altitude and
@@ -64,6 +64,12 @@ def scaled_density(sheet, density, share):
         reached = np.sqrt((allowed + upto) / slope)
         target = reached[np.argmax(np.append(reached[:-1] <= s[1:], True))]
     return density * np.maximum((target / steps) ** 2, 1.0)
+
+
+def lengthened(sheet, density, factor):
+    """Density of each triangle (m,): raised where its step is less than `factor` times the shortest."""
+    steps = wave_steps(sheet, sheet.points, density, np.full(len(density), sheet.blank.thickness))
+    return density * np.maximum((factor * steps.min() / steps) ** 2, 1.0)
 
 
 def lumped_masses(sheet, density):

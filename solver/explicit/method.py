@@ -49,6 +49,8 @@ class Explicit:
         of kinetic energy falls with its square: the tools' speed follows from it
     ramp : part of the stage's time in which the tools reach their speed, and again in which they stop
     scaled : part of the blank's mass that may be added to triangles whose stable step is far below the median's
+    steps : that a stage should take at most, 0 for any number: a target step. Triangles too fast for it get mass, as
+        much as that takes
     damping : of the sheet's velocity, relative to the rate at which those waves cross the blank
     drift : of the energy balance, relative to the work done; above it a run stops
     springback : Implicit, for stages in which nothing acts
@@ -59,6 +61,7 @@ class Explicit:
     waves: float = 16.0
     ramp: float = 0.5
     scaled: float = 0.01
+    steps: float = 0.0
     damping: float = 0.2
     drift: float = 0.05
     springback: Implicit = field(default_factory=Implicit)
@@ -67,15 +70,13 @@ class Explicit:
         for name, low, high in (("safety", 0.0, 1.0), ("waves", 0.0, 1e6), ("ramp", 0.0, 0.5), ("drift", 0.0, 1e6)):
             if not low < getattr(self, name) <= high:
                 raise SceneError(f"explicit {name}: found {getattr(self, name)!r}, expected above {low:g} to {high:g}")
-        for name in ("scaled", "damping"):
+        for name in ("scaled", "steps", "damping"):
             if not getattr(self, name) >= 0.0:
                 raise SceneError(f"explicit {name}: found {getattr(self, name)!r}, expected a number of 0 or more")
 
     # Dynamics stabilises a membrane; the implicit stages' contact stiffness is also that of their tools.
     torsion = 0.0
     needs_tangents = False
-    several_feet = False  # contact knows the nearest only
-    tilts = False  # tools move along their axes
 
     @property
     def penalty(self):

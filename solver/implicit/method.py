@@ -53,8 +53,6 @@ class Implicit:
     skin: float = 3e-3
     penetration: float = 1e-3
     needs_tangents = True
-    several_feet = True  # contact knows all
-    tilts = True  # tools may
 
     def describe(self):
         """One line for the plan."""

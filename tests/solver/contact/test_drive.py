@@ -220,7 +220,6 @@ def test_in_a_half_model_a_holder_tilts_about_the_normal_of_the_plane_only():
             lambda: Stage([Tool("A", Plane(), force=1.0, rides_on="B"), Tool("B", Plane())]),
             r"tool 'A' rides on 'B', expected a tool that travels in this stage, one of \[\]",
         ),
-        (lambda: form(stack({}, {"force": 1.0, "tilts": True}), Explicit()), "'ABOVE' tilts: expected the implicit"),
     ],
 )
 def test_what_makes_no_sense_is_one_line(make, message):

@@ -6,6 +6,7 @@ from solver import Blank, Explicit, Material, Membrane, Stage, VonMises
 from solver.explicit.march import Dynamics, start_march
 from solver.sheet import build_sheet
 from solver.state import State, new_sheet
+from tests.solver.lattice import square
 
 
 def elastic(poisson=0.3):
@@ -13,12 +14,27 @@ def elastic(poisson=0.3):
     return Material(206000.0, poisson, VonMises(), lambda ep: 1e8 + 0.0 * ep, "elastic")
 
 
-def motion(mesh, thickness, element=None, poisson=0.3, **blank):
-    """Dynamics of a sheet that nothing acts on; undamped."""
+def arch(n, m, radius, width):
+    """A quarter of a ring about y, n sides along its arc and m across; its ends lie on planes of symmetry."""
+    mesh = square(1, 1.0)
+    angle, y = np.meshgrid(np.linspace(0.0, 0.5 * np.pi, n + 1), np.linspace(0.0, width, m + 1), indexing="ij")
+    mesh.points = np.column_stack([radius * np.sin(angle.ravel()), y.ravel(), radius * np.cos(angle.ravel())])
+    a = (np.arange(n)[:, None] * (m + 1) + np.arange(m)).ravel()
+    b, c, d = a + m + 1, a + m + 2, a + 1
+    mesh.cells = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
+    mesh.groups = {"symmetry_x": np.arange(m + 1), "symmetry_z": n * (m + 1) + np.arange(m + 1)}
+    mesh.points[mesh.groups["symmetry_z"], 2] = 0.0
+    return mesh
+
+
+def motion(mesh, thickness, element=None, poisson=0.3, steps=0.0, **blank):
+    """Dynamics of a sheet that nothing acts on; undamped. steps : target, see Explicit"""
     sheet = build_sheet(Blank(mesh, thickness, elastic(poisson), element or Membrane(), **blank))
     state = State(new_sheet(sheet.points, sheet.elements.n_slopes, len(sheet.elements.point_volume)), {})
     stage = Stage()
-    dynamics = Dynamics(sheet, stage, [], state, Explicit(damping=0.0, scaled=0.0), start_march(stage, sheet, {}))
+    dynamics = Dynamics(
+        sheet, stage, [], state, Explicit(damping=0.0, scaled=0.0, steps=steps), start_march(stage, sheet, {})
+    )
     dynamics.has_loads = False
     return dynamics
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from solver.explicit.central_differences import predict
-from solver.explicit.contact import KINEMATIC, PENALTY, TOUCH, meet_tool
+from solver.explicit.contact import meet_tool
+from solver.explicit.laws import KINEMATIC, PENALTY, TOUCH
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "examples" / "dropped_mass"))
 from dropped_mass import CRITICAL, GRAVITY, HEIGHT, MASS, drop, first_top
@@ -36,6 +37,17 @@ def test_touch_keeps_the_height_of_a_thousand_bounces(share):
     assert tops == pytest.approx(HEIGHT, rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_touch_keeps_the_height_of_a_thousand_bounces_at_any_steps(seed):
+    """Each step of another length, anything below the penalty's critical one."""
+    rng = np.random.default_rng(seed)
+    lowest = rng.uniform(0.1, 0.9)
+    steps = iter(lambda: float(rng.uniform(lowest, 1.0)) * CRITICAL, None)
+    tops = drop(TOUCH, steps, 1000)[2]
+    assert tops == pytest.approx(np.full(1000, HEIGHT), rel=1e-3)  # what is asked for
+    assert tops[-1] == pytest.approx(HEIGHT, rel=1e-8)
+
+
 def slide(law, mu, speed, pull=0.0, dt=1e-3, steps=400):
     """A mass pressed on a plane by its weight, with a velocity and a pull along x. Yields place, velocity, forces."""
     u, v, u_new, v_new = (np.zeros((1, 3)) for _ in range(4))
@@ -43,7 +55,7 @@ def slide(law, mu, speed, pull=0.0, dt=1e-3, steps=400):
     mass, half, external = np.array([MASS]), np.zeros(1), np.array([[pull, 0.0, -MASS * GRAVITY]])
     nothing, fixed, free = np.zeros((1, 3)), np.zeros((1, 3), dtype=bool), np.ones((1, 3))
     gap, force, tau, status = np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
-    normal, near, rest = np.zeros((1, 3)), np.zeros(1, dtype=np.int64), np.zeros(3)
+    normal, near, rest = np.zeros((1, 3)), np.zeros(1, dtype=np.int64), np.zeros((3, 3))
     parameter = {KINEMATIC: 0.0, TOUCH: 0.0, PENALTY: 0.05 / dt**2}[law]
     for _ in range(steps):
         predict(u, v, mass, external, nothing, fixed, nothing, 0.0, dt, dt, 0.0, u_new, v_new)
@@ -91,8 +103,8 @@ def test_a_node_lands_on_the_plane_and_its_impulse_is_its_momentum(law):
     lost = np.zeros(1)
     meet_tool(
         law, 1.0, np.zeros(1, dtype=np.int64), u_new[:, 2].copy(), np.array([[0.0, 0.0, 1.0]]),
-        np.zeros(1, dtype=np.int64), np.zeros(1), np.array([mass]), np.ones((1, 3)), 0.0, None, np.zeros(3), dt, dt, v,
-        u_new, v_new, gap, force, np.zeros((1, 3)), tau, status, lost,
+        np.zeros(1, dtype=np.int64), np.zeros(1), np.array([mass]), np.ones((1, 3)), 0.0, None, np.zeros((3, 3)), dt,
+        dt, v, u_new, v_new, gap, force, np.zeros((1, 3)), tau, status, lost,
     )  # fmt: skip
     assert force[0] * dt == pytest.approx(mass * (v_new[0, 2] - v[0, 2]))
     if law == KINEMATIC:

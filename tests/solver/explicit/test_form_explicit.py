@@ -163,16 +163,3 @@ def test_explicit_goes_on_from_an_implicit_state():
         implicit.frames[-1].cell_fields["thickness"], rel=3e-3
     )
     assert mixed.energy["internal"] == pytest.approx(implicit.energy["internal"], rel=0.02)
-
-
-def test_a_corner_that_holds_a_node_by_several_walls_is_refused_by_name():
-    class Corner(Plane):
-        def tightest(self, side=1.0):
-            return 0.2
-
-    scene = punch_stretch(size=8.0)
-    tool = Tool("DIE", Corner((0.0, 0.0, 2.0), (0.0, 0.0, -1.0)), travel=-1.0)
-    scene = Scene(scene.blank, [Stage([tool])])
-    assert "up to three feet per node" in str(scene.plan(Implicit()))
-    with pytest.raises(SceneError, match=r"tool DIE: found a corner of radius 0.2 mm.*expected above 0.625 mm"):
-        form(scene, Explicit())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver import Membrane, Shell
-from tests.solver.explicit.patch import frequency, motion, swing
+from tests.solver.explicit.patch import arch, frequency, motion, swing
 from tests.solver.lattice import square
 
 DENSITY, YOUNG = 7.85e-9, 206000.0
@@ -35,6 +35,37 @@ def test_frequency_of_a_simply_supported_plate(distort):
     expected = 2.0 * wave**2 * np.sqrt(bending / (DENSITY * thickness))
     steps = int(1.2 * 2.0 * np.pi / expected / dynamics.limit)
     assert frequency(*swing(dynamics, shape, steps)) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("bends", [2, 4])
+def test_frequency_of_a_ring_that_bends(bends):
+    # Without stretch, w = cos k a and v = -sin(k a)/k: omega^2 = E t^2 / (12 rho R^4) k^2 (k^2 - 1)^2 / (k^2 + 1).
+    radius, thickness = 50.0, 1.0
+    mesh = arch(16 * bends, 2, radius, 4.0)
+    dynamics = motion(mesh, thickness, Shell(3), 0.0)
+    angle = np.arctan2(mesh.points[:, 0], mesh.points[:, 2])
+    out, along = (np.column_stack([f(angle), 0.0 * angle, g(angle)]) for f, g in ((np.sin, np.cos), (np.cos, _down)))
+    shape = np.cos(bends * angle)[:, None] * out - (np.sin(bends * angle) / bends)[:, None] * along
+    expected = np.sqrt(YOUNG / (12.0 * DENSITY)) * thickness / radius**2
+    expected *= bends * (bends**2 - 1.0) / np.sqrt(bends**2 + 1.0)
+    steps = int(1.2 * 2.0 * np.pi / expected / dynamics.limit)
+    assert frequency(*swing(dynamics, 1e-3 * shape, steps)) == pytest.approx(expected, rel=0.01)
+
+
+def _down(angle):
+    return -np.sin(angle)
+
+
+@pytest.mark.parametrize("element", [Membrane(), Shell(3)])
+def test_frequency_of_a_ring_that_breathes(element):
+    # omega = sqrt(E / rho) / R
+    radius, n = 50.0, 48
+    mesh = arch(n, 2, radius, 4.0)
+    dynamics = motion(mesh, 1.0, element, 0.0)
+    shape = mesh.points * [1e-3 / radius, 0.0, 1e-3 / radius]
+    expected = np.sqrt(YOUNG / DENSITY) / radius
+    steps = int(2.2 * 2.0 * np.pi / expected / dynamics.limit)
+    assert frequency(*swing(dynamics, shape, steps)) == pytest.approx(expected, rel=3e-3)
 
 
 @pytest.mark.parametrize("element", [Membrane(), Shell(3)])

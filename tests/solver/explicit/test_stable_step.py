@@ -8,7 +8,7 @@ from cadlink import Rectangle, mesh_blank
 from solver import Membrane, Shell
 from solver.explicit.march import APART, BEGIN, NARROWED
 from solver.explicit.mass import lumped_masses, scaled_density, wave_steps
-from tests.solver.explicit.patch import motion
+from tests.solver.explicit.patch import arch, motion
 from tests.solver.lattice import square
 
 
@@ -43,6 +43,7 @@ MESHES = {
     "distorted": lambda: square(6, 6.0, 0.3),
     "unstructured": lambda: mesh_blank(Rectangle(6.0, 6.0), 1.0, arrangement="unstructured"),
     "one small triangle": lambda: pinched(),
+    "curved": lambda: arch(12, 4, 8.0, 4.0),
 }
 
 
@@ -53,7 +54,9 @@ def pinched():
 
 
 @pytest.mark.parametrize("mesh", MESHES)
-@pytest.mark.parametrize("element, thickness", [(Membrane(), 0.1), (Shell(3), 0.1), (Shell(3), 0.5), (Shell(3), 1.0)])
+@pytest.mark.parametrize(
+    "element, thickness", [(Membrane(), 0.1), (Shell(3), 0.1), (Shell(3), 0.5), (Shell(3), 1.0), (Shell(3), 2.0)]
+)
 def test_step_is_below_the_limit_and_close_to_it(mesh, element, thickness):
     dynamics = motion(MESHES[mesh](), thickness, element)
     found, limit = dynamics.limit / dynamics.method.safety, true_limit(dynamics)
@@ -117,3 +120,21 @@ def test_added_mass_goes_to_the_slowest_triangles_and_no_further():
         else:
             assert steps.min() == pytest.approx(np.median(before))
         assert lumped_masses(sheet, density)[: len(sheet.points)].sum() == pytest.approx(volume @ density)
+
+
+def test_mass_is_added_for_a_target_step_and_told():
+    mesh, thickness = pinched(), 0.1
+    plain = motion(mesh, thickness, Shell(3))
+    count = plain.pacing.duration / plain.limit
+    for share in (0.8, 0.3):
+        dynamics = motion(mesh, thickness, Shell(3), steps=share * count)
+        taken = dynamics.pacing.duration / dynamics.limit
+        # The fastest mode changes as mass is added, and its frequency is known to the 15 % of a look.
+        assert 0.97 * share * count <= taken <= 1.1 * share * count
+        assert f"{100.0 * dynamics.added_mass:.2g} % of mass added" in dynamics.notes(dynamics.pacing.duration)[0]
+        heavier = dynamics.density > 7.85e-9 * (1.0 + 1e-12)
+        assert 0 < heavier.sum() and dynamics.added_mass > 0.0
+        if share == 0.8:
+            # Of a pinched mesh, only the triangles that are pinched.
+            assert heavier.sum() < 0.2 * len(heavier) and dynamics.added_mass < 0.02
+    assert motion(mesh, thickness, Shell(3), steps=2.0 * count).added_mass == 0.0
