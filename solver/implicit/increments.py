@@ -126,7 +126,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         work["damping"] += lost
         work["external"] += lost
         light = np.linalg.norm(pushed) <= LIGHT * np.linalg.norm(new.sheet.internal)
-        resting = resting + 1 if place.settles else 0
+        waits = place.settles or fraction <= 0.0
+        resting = resting + 1 if outcome.dynamic and waits else 0
         place = onward(place, width, fraction, outcome, old, new, limits)
         place = come_to_rest(place, width, inertia, light, fraction in (0.0, end), limits.first)
         yield Accepted(place, outcome, cuts, work)

@@ -89,7 +89,7 @@ def test_a_shell_and_a_quarter_of_it():
     # The structured mesh of the whole disc is its quarter, mirrored. What is out of balance is another sum, so that
     # both need not stop after the same iteration: one more would not change them.
     quarter = replace(CUPS["shell"], quarter=True)
-    tight = replace(STEADY, newton=Newton(residual=1e-8, correction=1e-9))
+    tight = replace(STEADY, newton=Newton(residual=1e-11, correction=1e-9))
     full, part = formed(CUPS["shell"], method=tight), formed(quarter, method=tight)
     near = np.abs(CUPS["shell"].mesh().points[None] - quarter.mesh().points[:, None]).sum(axis=2)
     assert near.min(axis=1) == pytest.approx(0.0, abs=1e-9)
