@@ -106,7 +106,7 @@ PROBLEMS = {
         "pinched cylinder with end diaphragms", 30e3, 0.3, 1.0, (0.5 * np.pi, 100.0), tube(100.0),
         {"symmetry_x": at(s=0), "symmetry_z": at(s=1), "symmetry_y": at(t=0), "A": at(0, 0), "B": at(1, 0),
          "end": at(t=1)},
-        ((40, 40), (52, 52), (64, 64)), {"forces": {"A": (0.0, 0.0, -3000.0)}},
+        ((40, 40), (56, 56), (76, 76)), {"forces": {"A": (0.0, 0.0, -3000.0)}},
         {"A": ("A", 2, -1), "B": ("B", 0, 1)}, CURVES["pinched cylinder"], fixed={"end": "xz"},
         wrinkles=True, smooth=SMOOTH["pinched cylinder"],
     ),

@@ -16,6 +16,7 @@ from .sparse import SparseSolver
 log = logging.getLogger("cadlink")
 GROW, SHRINK, CUT = 1.5, 0.7, 0.3
 DYNAMIC = 6  # tangents of an increment with inertia that does not grow
+CREEP = 0.1  # width of an increment with inertia, relative to the first, that is no progress
 FAR = 0.1  # by which nodes may outrun the tools in it, relative to the mesh size
 NEGLIGIBLE = 1e-5  # unbalanced force at a stage's start, relative to the least scale of forces
 RELIEF = 0.25  # first increment of what is relieved before a stage
@@ -94,7 +95,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             place = place._replace(width=1.0) if presses else place._replace(fraction=0.0, width=limits.first)
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
-    inertia, pushed, cuts, resting = Inertia(sheet), 0.0, 0, 0
+    inertia, pushed, cuts, astray, rested = Inertia(sheet), 0.0, 0, 0, place.fraction
     while place.fraction < end or place.settles:
         relieving = place.fraction < 0.0
         least = 0.1 * RELIEF if relieving else limits.first
@@ -126,13 +127,17 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         work["damping"] += lost
         work["external"] += lost
         light = np.linalg.norm(pushed) <= LIGHT * np.linalg.norm(new.sheet.internal)
-        waits = place.settles or fraction <= 0.0
-        resting = resting + 1 if outcome.dynamic and waits else 0
+        stands = place.settles or fraction <= 0.0 or width < CREEP * least
+        astray = astray + 1 if outcome.dynamic and stands else 0
+        rested = rested if outcome.dynamic else fraction
         place = onward(place, width, fraction, outcome, old, new, limits)
         place = come_to_rest(place, width, inertia, light, fraction in (0.0, end), limits.first)
+        if fraction == end and not place.settles:
+            place = place._replace(fraction=1.0)
         yield Accepted(place, outcome, cuts, work)
-        if resting > PATIENCE:
-            raise failure(stage, sheet, place, f"the sheet still moves after {resting} steps")
+        if astray > PATIENCE:
+            reason = f"the sheet finds no rest since {100 * max(rested, 0.0):.2f} %, and steps no longer lead on"
+            raise failure(stage, sheet, place, reason)
 
 
 def target(place, stops):

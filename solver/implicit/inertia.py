@@ -24,7 +24,7 @@ RESORT = 0.03  # cuts of an increment below this part of the stage's first one a
 HEAVIER, HEAVIEST = 10.0, 1e4  # times the mass where shorter steps do not help, and at most
 LIGHT = 1e-3  # inertia relative to the forces in the sheet: the next step does without
 SLACKEN = 3.0  # growth of a step while tools stand still
-PATIENCE = 200  # steps of a sheet coming to rest
+PATIENCE = 200  # steps in a row of a sheet that moves while its tools do not
 
 
 class Inertia:

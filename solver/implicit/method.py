@@ -11,12 +11,14 @@ class Newton:
     enough : the same where it falls no further, as where a node comes and goes
     correction : of the last movement of a node, relative to the mesh size
     iterations : more than this and the increment is cut
+    reuse : a tangent serves again while the residual falls fast by it
     """
 
     residual: float = 1e-6
     enough: float = 1e-4
     correction: float = 1e-6
     iterations: int = 25
+    reuse: bool = True
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
         # The next correction, if the residual's fall goes on: what the movement still lacks.
         moved = step * np.abs(dx).max()
         fall = here.error / max(before.error, 1e-300)
-        serves = step == cap == 1.0 and here.error < NEAR and fall < (SLOWER if serves else QUICK)
+        serves = newton.reuse and step == cap == 1.0 and here.error < NEAR and fall < (SLOWER if serves else QUICK)
         lacking = moved * min(1.0, fall) if step == cap == 1.0 else moved
         if here.error <= newton.residual and lacking <= newton.correction * size:
             out.residuals.append(here.error)
