@@ -190,7 +190,10 @@ def come_to_rest(place, width, inertia, light, stands, first):
     mass = inertia.after_success(place.mass, light)
     if not stands:
         return place._replace(mass=mass)
-    return place._replace(mass=None if light else mass or place.mass, settles=True, width=SLACKEN * width)
+    # What stands still loses its speed from step to step, so that a tool does not fly off the sheet.
+    rest, rests = 0.0 * place.rate, dict.fromkeys(place.rates, 0.0)
+    mass = None if light else mass or place.mass
+    return place._replace(mass=mass, settles=True, width=SLACKEN * width, rate=rest, rates=rests)
 
 
 def failure(stage, sheet, place, reason):
