@@ -18,7 +18,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from solver.errors import StepFailed
-from solver.implicit.sparse import nested_dissection
+from solver.implicit.sparse import SuperLU
 
 TOLERANCE, FAR = 1e-9, 1e3  # unbalanced force relative to the load: of equilibrium, and where it is out of sight
 N_ITERATIONS, FEW = 25, 6  # of Newton's method in a step
@@ -228,9 +228,7 @@ class SplineShell:
         self.kept = np.flatnonzero((rows >= 0) & (columns >= 0))
         key, self.entry = np.unique(rows[self.kept].astype(np.int64) * self.n + columns[self.kept], return_inverse=True)
         row, column = key // self.n, key % self.n
-        self.order = nested_dissection(row, column, self.n)
-        if self.order is None:
-            self.order = np.arange(self.n)
+        self.order = SuperLU.order(row, column, self.n)
         place = np.empty(self.n, dtype=np.int64)
         place[self.order] = np.arange(self.n)
         pattern = csc_matrix((np.arange(1.0, len(key) + 1.0), (place[row], place[column])), shape=(self.n, self.n))
