@@ -7,12 +7,13 @@ no increment is small enough. From there on the sheet has inertia, and increment
 
 with A a node's tributary area, du its movement and ds the increment as a part of the stage, its unit of time. The
 shorter the step, the more it steadies, by m A / ds^2, and a steady movement with the tools is not resisted at all.
-m = s_y t / (16 L)^2: the stage lasts 16 crossings of the blank by a transverse wave at the yield stress, the pace that
-explicit stages have too (explicit/pacing.py), so that the kinetic energy is a share 1/16^2 or so of the plastic work.
-That carries over the snap, but a wrinkle that grows in a small part of the stroke would lag behind: from step to step
-the mass fades to a thousandth, 500 crossings, and a step that fails is shortened, which steadies it all the same. A tool driven by a force has the sheet's own mass. Where a stage ends, tools stand still until the sheet has come to
-rest. What the method's own damping and the movement left at the end take stands in the energies, and the run says at
-which stroke they were needed.
+m = s_y t / (16 L)^2: the stage lasts 16 crossings of the blank by a transverse wave at the yield stress, the pace
+that explicit stages have too (explicit/pacing.py), so that the kinetic energy is a share 1/16^2 or so of the plastic
+work. That carries over the snap, but a wrinkle that grows in a small part of the stroke would lag behind: from step
+to step the mass fades to a thousandth, 500 crossings, and a step that fails is shortened, which steadies it all the
+same. A tool driven by a force has the sheet's own mass. Where a stage ends, tools stand still until the sheet has
+come to rest. What the method's own damping and the movement left at the end take stands in the energies, and the run
+says at which stroke they were needed.
 """
 
 import numpy as np
