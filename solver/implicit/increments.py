@@ -130,6 +130,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         resting = resting + 1 if outcome.dynamic and waits else 0
         place = onward(place, width, fraction, outcome, old, new, limits)
         place = come_to_rest(place, width, inertia, light, fraction in (0.0, end), limits.first)
+        if fraction == end and not place.settles:
+            place = place._replace(fraction=1.0)  # springback ends with what is relieved
         yield Accepted(place, outcome, cuts, work)
         if resting > PATIENCE:
             raise failure(stage, sheet, place, f"the sheet still moves after {resting} steps")
