@@ -146,9 +146,7 @@ class Dynamics:
         self.count = 0
         self.relaxation = None
         if relaxes:
-            self.relaxation = Relaxation(
-                sheet, self.mass, self.fixed, state.sheet.u, self.limit, self.pacing.duration
-            )
+            self.relaxation = Relaxation(sheet, self.mass, self.fixed, state.sheet.u, self.limit, self.pacing.duration)
             self.damping = 0.0
 
     def weigh(self, density):

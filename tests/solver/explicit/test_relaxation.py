@@ -41,9 +41,9 @@ def test_a_bent_strip_springs_back_as_its_section_does():
     # Relieved of its moment the section unbends by 12 (1 - nu^2) M / (E t^3).
     assert change[0] == pytest.approx(12.0 * (1.0 - 0.3**2) * 35.5701 / (206000.0 * THICKNESS**3), rel=0.01)
     assert change[0] == pytest.approx(change[1], rel=2e-3)
-    # Nothing yields on the way, as what swings over would: the bent state's energy is what damping and strain share.
-    plastic = [r.frames[-1].cell_fields["plastic_strain_top"] for r in both]
-    assert plastic[0] == pytest.approx(plastic[1], rel=1e-6)
+    # It does not swing over, which would make the outer layers yield back: what was at yield grows by waves alone.
+    plastic = [r.frames[-1].cell_fields["plastic_strain_top"].mean() for r in both]
+    assert plastic[0] == pytest.approx(plastic[1], rel=5e-3)
     assert both[0].energy["damping"] > 0.0 and balanced(both[0])
     assert any("at rest after" in note for note in both[0].notes)
 
@@ -66,7 +66,7 @@ def test_springback_of_a_strip_formed_explicitly_is_that_of_the_implicit_solver(
 
 @pytest.mark.parametrize("length, thickness", [(50.0, 1.0), (100.0, 0.5)])
 def test_a_cantilever_sags_under_its_weight(length, thickness):
-    # q L^4 / (8 E I): 2.4 and 154 mm/m of density; the second one bends 8 times as slowly as the first.
+    # q L^4 / (8 E I) is a hundredth of the length, by the density.
     mesh = flat_strip(length, 10.0, 12)
     wanted = 0.01 * length
     density = wanted * 8.0 * 206000.0 * thickness**2 / (12.0 * G * length**4)
