@@ -130,7 +130,7 @@ class Dynamics:
                 # Tools move faster here than in the press: friction is that of the stage's own speed.
                 tool.run.laws.lapse[0] = stage.seconds / self.pacing.duration
         self.dampers = {
-            tool.run.tool.name: SpringDamper(tool.run, tool.contact, tool.inertia, tool.rates)
+            tool.run.tool.name: SpringDamper(tool.run, tool.contact, tool.inertia)
             for tool in self.tools
             if tool.run.drive is not None and tool.run.drive.stiffness > 0.0
         }
@@ -253,7 +253,9 @@ class Dynamics:
                 load = load_on(run, self.state, self.uplifts.get(run.tool.name))
                 load = load if self.loaded[run.tool.name] else ready * load
                 damper = self.dampers.get(run.tool.name)
-                tool.be_driven(load if damper is None else load + damper.force(tool.rates, dtm), dt, dtm)
+                tool.be_driven(
+                    load if damper is None else load + damper.force(tool.rates, (end - start) / dt, dtm), dt, dtm
+                )
             elif run.tool.travel is not None:
                 tool.travel_to(run.start + end * run.tool.travel, dt)
         predict(
