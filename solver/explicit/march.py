@@ -84,14 +84,14 @@ class Dynamics:
                 if distance is not None:
                     nodes = sheet.blank.nodes_of(group)
                     self.fixed[nodes, axis], self.movement[nodes, axis] = True, distance
-        if stage.is_springback:
+        relaxes = method.relaxes(stage)
+        if relaxes and stage.is_springback:
             planes = [AXES.index(axis) for axis in sheet.blank.symmetry_planes]
             loose = least_supports(state.sheet.x, self.fixed[:n], planes, bool(sheet.blank.clamped))
             self.fixed[tuple(loose)] = True
         plain = np.full(m, material.density)
         self.pacing = pace(sheet, method)
         self.damping = method.damping * method.waves / self.pacing.duration
-        relaxes = method.relaxes(stage)
         plastic = state.sheet.plastic
         self.thickness, self.half = sheet.thickness(-plastic[:, 0] - plastic[:, 1]), np.empty(n)
         self.gather_half()
