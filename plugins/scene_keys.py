@@ -198,6 +198,7 @@ def _explicit_options():
     """Table with the numbers of an Explicit, and its contact by name."""
     made: dict = {name: (Coefficient, getattr(Explicit(), name)) for name in NUMBERS}
     made["contact"] = (Literal["kinematic", "touch", "penalty"], "kinematic")
+    made["relax"] = (bool, Explicit().relax)
     return create_model("ExplicitOptions", __base__=Table, **made)
 
 
@@ -218,7 +219,8 @@ def as_implicit(options):
 def as_explicit(options, implicit):
     """solver.Explicit with the options of a scene file; its implicit stages have theirs. Raises solver.SceneError."""
     numbers = {name: getattr(options, name) for name in NUMBERS}
-    return Explicit(contact=CONTACTS[options.contact](), springback=as_implicit(implicit), **numbers)
+    contact = CONTACTS[options.contact]()
+    return Explicit(contact=contact, relax=options.relax, springback=as_implicit(implicit), **numbers)
 
 
 class Output(Table):

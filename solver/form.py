@@ -59,6 +59,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
             how = method.of(stage)
             if begun is None:
                 begun = how.start(stage, sheet, close_tools(sheet, stage, old))
+            here = k, begun
             tools = tool_runs(scene, sheet, stage, how, begun.placed, old)
             stops = np.linspace(0.0, 1.0, frames + 1)[1:]
             if begun.fraction == -1.0:
@@ -83,8 +84,9 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     finally:
         results.energy = energy.totals(scene.blank.share)
         results.seconds["total"] = time.perf_counter() - clock
-        if not results.finished and results.history:
-            keep(recorder.frame(here[0], max(here[1].fraction, 0.0), old, results), results, writer)
+        if not results.finished and here[1] is not None:
+            if results.history:
+                keep(recorder.frame(here[0], max(here[1].fraction, 0.0), old, results), results, writer)
             save_checkpoint(checkpoint, scene, method, here, old, results, energy)
         results.contact = recorder.budget.figures()
         if writer:

@@ -18,17 +18,22 @@ from ..energy import NAMES
 from ..errors import StepFailed
 from ..implicit.increments import NEGLIGIBLE, March
 from ..loads import Loads
+from ..scene import AXES
+from ..springback import least_supports
 from .central_differences import account, n_chunks, predict, through_thickness
 from .contact import ToolContact, in_order
 from .laws import law_of
 from .mass import lengthened, lumped_masses, scaled_density, wave_steps
 from .pacing import pace
+from .relaxation import Relaxation
+from .spring_damper import SpringDamper
 from .stable_step import StableStep
 
 log = logging.getLogger("cadlink")
 RECORDS = 200  # of a stage, about
 LOOKS = 50  # at the stable step in a stage, and more where triangles shrink: a look costs some 20 steps
 NARROWED, APART = 0.95, 200  # of the step, from which a new look is worth it; steps from one look to the next
+HELD = 1.3  # step over that of the sheet without supports, from which they are what makes it so long
 AIMS = 3  # times that mass is added for a target step, which no triangle alone decides
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
 CREEP = 1e-3  # change of the step from one to the next
@@ -79,6 +84,11 @@ class Dynamics:
                 if distance is not None:
                     nodes = sheet.blank.nodes_of(group)
                     self.fixed[nodes, axis], self.movement[nodes, axis] = True, distance
+        relaxes = method.relaxes(stage)
+        if relaxes and stage.is_springback:
+            planes = [AXES.index(axis) for axis in sheet.blank.symmetry_planes]
+            loose = least_supports(state.sheet.x, self.fixed[:n], planes, bool(sheet.blank.clamped))
+            self.fixed[tuple(loose)] = True
         plain = np.full(m, material.density)
         self.pacing = pace(sheet, method)
         self.damping = method.damping * method.waves / self.pacing.duration
@@ -86,7 +96,8 @@ class Dynamics:
         self.thickness, self.half = sheet.thickness(-plastic[:, 0] - plastic[:, 1]), np.empty(n)
         self.gather_half()
         elements.begin(state.sheet, state.sheet, material, method)
-        self.weigh(scaled_density(sheet, plain, method.scaled))
+        # Where rest is all that counts mass is free: no triangle need hold up the median.
+        self.weigh(scaled_density(sheet, plain, np.inf if relaxes else method.scaled))
         wanted = self.pacing.duration / method.steps if method.steps else 0.0
         for _ in range(AIMS):
             if self.limit >= wanted:
@@ -118,6 +129,11 @@ class Dynamics:
             if tool.run.laws is not None:
                 # Tools move faster here than in the press: friction is that of the stage's own speed.
                 tool.run.laws.lapse[0] = stage.seconds / self.pacing.duration
+        self.dampers = {
+            tool.run.tool.name: SpringDamper(tool.run, tool.contact, tool.inertia)
+            for tool in self.tools
+            if tool.run.drive is not None and tool.run.drive.stiffness > 0.0
+        }
         self.measure_areas()
         self.slot_force = np.empty((*elements.slots.shape, 3))
         self.v, self.v_new, self.u_new = begun.rate.copy(), np.zeros(self.fixed.shape), np.zeros(self.fixed.shape)
@@ -128,12 +144,24 @@ class Dynamics:
         self.work = dict.fromkeys(NAMES, 0.0)
         self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
         self.count = 0
+        self.relaxation = None
+        if relaxes:
+            self.relaxation = Relaxation(sheet, self.mass, self.fixed, state.sheet.u, self.limit, self.pacing.duration)
+            self.damping = 0.0
 
     def weigh(self, density):
         """Give the triangles a density (m,), and find the stable step with it."""
         self.density, self.mass = density, lumped_masses(self.sheet, density)
+        state, free = self.state.sheet, self.sheet.held.copy()
         self.stable = StableStep(self.sheet, self.mass, self.fixed)
-        self.limit = self.method.safety * self.stable.limit(self.state.sheet)
+        self.limit = self.method.safety * self.stable.limit(state)
+        # Supports may hold all the waves in the sheet's plane. What is left resists only once it has deflected, as
+        # stiffly as the sheet without supports, whose highest frequency is never below.
+        free[: len(self.sheet.points)] = False
+        without = StableStep(self.sheet, self.mass, free)
+        limit = self.method.safety * without.limit(state)
+        if self.limit > HELD * limit:
+            self.stable, self.limit = without, limit
 
     def gather_half(self):
         """Half the thickness at the nodes, without its elastic part."""
@@ -194,7 +222,17 @@ class Dynamics:
             if tool.run.drive is not None:
                 weight = f"{tool.run.tool.name} moves as a mass of {TOOL_MASS:g} times the sheet's"
                 found.append(f"stage {name!r}: {weight}, damped critically where it bounces on it")
+            if tool.run.tool.name in self.dampers:
+                found[-1] += " and where it swings on its springs"
         return tuple(found)
+
+    def damped_springs(self):
+        """What the dampers of tools on springs have taken in this stage."""
+        share, name = self.sheet.blank.share, self.stage.name
+        return tuple(
+            f"stage {name!r}: the damper of {tool}'s springs has taken {damper.work / share:.3g} mJ"
+            for tool, damper in self.dampers.items()
+        )
 
     def step(self, time, dt, dt_before):
         """From `time` to time + dt."""
@@ -213,7 +251,11 @@ class Dynamics:
             run = tool.run
             if run.drive is not None:
                 load = load_on(run, self.state, self.uplifts.get(run.tool.name))
-                tool.be_driven(load if self.loaded[run.tool.name] else ready * load, dt, dtm)
+                load = load if self.loaded[run.tool.name] else ready * load
+                damper = self.dampers.get(run.tool.name)
+                tool.be_driven(
+                    load if damper is None else load + damper.force(tool.rates, (end - start) / dt, dtm), dt, dtm
+                )
             elif run.tool.travel is not None:
                 tool.travel_to(run.start + end * run.tool.travel, dt)
         predict(
@@ -255,6 +297,16 @@ class Dynamics:
         self.work["damping"] += damped
         self.work["internal"] += self.energies.sum()
         self.count += 1
+
+    def relax(self, dt, dt_before):
+        """Damp the next steps as the last one tells; whether it told something."""
+        if self.relaxation is None:
+            return False
+        tools = sum(0.5 * float(t.rates @ t.inertia @ t.rates) for t in self.tools if t.run.drive is not None)
+        sheet, dtm = self.state.sheet, 0.5 * (dt + dt_before)
+        told = self.relaxation.watch(self.u_new, self.v, self.v_new, sheet.external, dt, dtm, tools)
+        self.damping = self.relaxation.damping
+        return told
 
     def pull_in_beads(self, sheet):
         """Add what drawbeads do on the sheet to its loads; now and then they look where it is."""
@@ -300,35 +352,48 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     presses = any(run.drive is not None for run in tools)
     place = begun._replace(relief=relief)
     relieves = dynamics.relieve(relief)
+    # Springback is over once what was in balance has faded; what relaxes is then brought to rest.
+    end = 0.0 if stage.is_springback else 1.0
+    relaxation = dynamics.relaxation
     if place.fraction == -1.0 and not relieves and not presses:
-        place = place._replace(fraction=0.0)
+        place = place._replace(fraction=0.0, settles=end == 0.0)
     time = pacing.time(place.fraction)
-    notes = dynamics.notes(pacing.duration - time)
+    notes = dynamics.notes(pacing.time(end) - time)
     log.info("%s", "; ".join(notes))
     dt = place.width if place.width > 0.0 else dynamics.limit
     balance = Balance(sheet, method)
     recorded, look, steps = time, time, 0
-    while place.fraction < 1.0:
-        target = 0.0 if time < 0.0 else pacing.time(stops[np.searchsorted(stops, place.fraction + 1e-9)])
-        due = min(target, pacing.time(record_after(place.fraction)))
+    while place.fraction < end or place.settles:
+        if place.settles:
+            target = due = np.inf
+        else:
+            target = 0.0 if time < 0.0 else pacing.time(stops[np.searchsorted(stops, place.fraction + 1e-9)])
+            due = min(target, pacing.time(record_after(place.fraction)))
         while time < due:
             if time - look > pacing.duration / LOOKS or dynamics.overdue():
                 dynamics.look()
                 look = time
             before, dt = dt, min(max(dynamics.shortest(), (1.0 - CREEP) * dt), (1.0 + CREEP) * dt)
             # Equal steps up to the next stop, and no sudden change: a node pinched between tools would feel it.
-            ahead = max(int(np.ceil((target - time) / dt - 1e-6)), 1)
-            dt = (target - time) / ahead
+            ahead = np.inf
+            if target < np.inf:
+                ahead = max(int(np.ceil((target - time) / dt - 1e-6)), 1)
+                dt = (target - time) / ahead
             dynamics.step(time, dt, before)
             time = target if ahead == 1 else time + dt
             steps += 1
+            told = dynamics.relax(dt, before)
             if not np.isfinite(dynamics.kinetic + dynamics.work["internal"]):
                 raise StepFailed(
                     f"stage {stage.name!r} at {100 * place.fraction:.2f} %: not-a-number velocities or stresses after "
                     f"{dynamics.count} steps of {dt:.2e} s; lower safety below {method.safety:g}"
                 )
+            if told and place.settles:
+                break
         fraction = time / pacing.preparation if time < 0.0 else pacing.fraction(time)
-        if time == target:
+        if place.settles:
+            fraction = end
+        elif time == target:
             fraction = 0.0 if time == 0.0 else stops[np.searchsorted(stops, place.fraction + 1e-9)]
         work = dynamics.record(time - recorded)
         drift = balance.add(work)
@@ -337,8 +402,19 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
                 f"stage {stage.name!r} at {100 * fraction:.2f} %: energy drifts by {100 * drift:.1f} % of the work "
                 f"done, limit {100 * method.drift:g} %; lower safety below {method.safety:g}"
             )
+        settles = relaxation is not None and fraction == end and not (place.settles and relaxation.at_rest)
+        if settles and relaxation.elapsed > relaxation.patience:
+            raise StepFailed(
+                f"stage {stage.name!r}: the sheet still moves after {dynamics.count} steps of dynamic relaxation; "
+                "support it, or give it Explicit(relax=False)"
+            )
+        if relaxation is not None and fraction == end and not settles:
+            notes += (relaxation.note(stage, dynamics.count, balance.sums["damping"] / sheet.blank.share),)
+        if fraction == end and not settles:
+            notes += dynamics.damped_springs()
         place = place._replace(
-            fraction=float(fraction),
+            fraction=1.0 if fraction == end and not settles else float(fraction),
+            settles=settles,
             width=dt,
             rate=dynamics.v.copy(),
             rates={tool.run.tool.name: tool.rates.tolist() for tool in dynamics.tools},

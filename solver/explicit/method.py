@@ -41,7 +41,7 @@ class Penalty:
 
 @dataclass(frozen=True)
 class Explicit:
-    """Central differences; a stage of pure springback runs implicitly.
+    """Central differences; a stage of pure springback runs implicitly, unless it is to relax.
 
     contact : Kinematic(), Touch() or Penalty()
     safety : of the stable step, relative to the limit 2/omega_max
@@ -53,7 +53,10 @@ class Explicit:
         much as that takes
     damping : of the sheet's velocity, relative to the rate at which those waves cross the blank
     drift : of the energy balance, relative to the work done; above it a run stops
-    springback : Implicit, for stages in which nothing acts
+    relax : whether stages in which nothing travels (springback, weight, loads, tools that press) are brought to rest by
+        dynamic relaxation: damped critically in the slowest mode that takes part, until what is left to do is
+        negligible
+    springback : Implicit, for stages in which nothing acts, where they do not relax
     """
 
     contact: Kinematic | Touch | Penalty = field(default_factory=Kinematic)
@@ -64,6 +67,7 @@ class Explicit:
     steps: float = 0.0
     damping: float = 0.2
     drift: float = 0.05
+    relax: bool = False
     springback: Implicit = field(default_factory=Implicit)
 
     def __post_init__(self):
@@ -91,14 +95,19 @@ class Explicit:
     def describe(self):
         """One line for the plan."""
         damped = f", damping {self.damping:g} of that rate" if self.damping else ""
+        rest = "stages in which nothing travels relax to rest" if self.relax else "springback runs implicitly"
         return (
             f"explicit, {type(self.contact).__name__.lower()} contact, steps at {self.safety:g} of the stable one; a "
-            f"stage lasts {self.waves:g} wave crossings of the blank{damped}; springback runs implicitly"
+            f"stage lasts {self.waves:g} wave crossings of the blank{damped}; {rest}"
         )
 
     def of(self, stage):
         """The method that runs a stage."""
-        return self.springback if stage.is_springback else self
+        return self.springback if stage.is_springback and not self.relax else self
+
+    def relaxes(self, stage):
+        """Whether a stage is brought to rest."""
+        return self.relax and stage.path == 0.0
 
     def start(self, stage, sheet, placed):
         """March of a stage not yet begun."""

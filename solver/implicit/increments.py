@@ -133,7 +133,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         place = onward(place, width, fraction, outcome, old, new, limits)
         place = come_to_rest(place, width, inertia, light, fraction in (0.0, end), limits.first)
         if fraction == end and not place.settles:
-            place = place._replace(fraction=1.0)
+            place = place._replace(fraction=1.0)  # springback ends with what is relieved
         yield Accepted(place, outcome, cuts, work)
         if astray > PATIENCE:
             reason = f"the sheet finds no rest since {100 * max(rested, 0.0):.2f} %, and steps no longer lead on"

@@ -56,6 +56,40 @@ def _down(angle):
     return -np.sin(angle)
 
 
+def cylinder_mode(radius, length, thickness, nu, around, young=YOUNG):
+    """Lowest frequency of a cylinder on shear diaphragms 2 `length` apart that bends `around` times round, and its
+    amplitudes along the axis, round it and outwards.
+
+    Love's shell (Leissa 1973): u = U cos n a sin k y, v = V sin n a cos k y, w = W cos n a cos k y, k = pi/(2 length).
+    Strains and changes of curvature are linear in the amplitudes; their energy is quadratic.
+    """
+    n, k, r = around, 0.5 * np.pi / length, radius
+    stretch = np.array([[k, 0.0, 0.0], [0.0, n / r, 1.0 / r], [-n / r, -k, 0.0]])
+    bend = np.array([[0.0, 0.0, k**2], [0.0, n / r**2, n**2 / r**2], [0.0, -2.0 * k / r, -2.0 * n * k / r]])
+    elastic = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]]) * young / (1.0 - nu**2)
+    energy = thickness * stretch.T @ elastic @ stretch + thickness**3 / 12.0 * bend.T @ elastic @ bend
+    square, modes = np.linalg.eigh(energy / (DENSITY * thickness))
+    return np.sqrt(square[0]), modes[:, 0]
+
+
+@pytest.mark.parametrize("around", [2, 4])
+def test_frequency_of_a_cylinder_on_diaphragms(around):
+    """Stretch and bending of a curved shell together: twice round the one rules, four times the other."""
+    radius, length, thickness, nu = 50.0, 50.0, 1.0, 0.3
+    mesh = arch(24, 14, radius, length)
+    y = mesh.points[:, 1]
+    mesh.groups |= {"symmetry_y": np.flatnonzero(y == 0.0), "end": np.flatnonzero(y == length)}
+    dynamics = motion(mesh, thickness, Shell(3), nu, fixed={"end": "xz"})
+    expected, (along, round_, out) = cylinder_mode(radius, length, thickness, nu, around)
+    angle = np.arctan2(mesh.points[:, 0], mesh.points[:, 2])
+    far, near = np.cos(0.5 * np.pi * y / length), np.sin(0.5 * np.pi * y / length)
+    shape = out * (np.cos(around * angle) * far)[:, None] * np.column_stack([np.sin(angle), 0 * y, np.cos(angle)])
+    shape += round_ * (np.sin(around * angle) * far)[:, None] * np.column_stack([np.cos(angle), 0 * y, -np.sin(angle)])
+    shape[:, 1] = along * np.cos(around * angle) * near
+    steps = int(1.2 * 2.0 * np.pi / expected / dynamics.limit)
+    assert frequency(*swing(dynamics, 1e-3 * shape, steps)) == pytest.approx(expected, rel=0.02)
+
+
 @pytest.mark.parametrize("element", [Membrane(), Shell(3)])
 def test_frequency_of_a_ring_that_breathes(element):
     # omega = sqrt(E / rho) / R

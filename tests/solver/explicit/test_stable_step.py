@@ -72,6 +72,31 @@ def test_a_second_look_at_a_stretched_sheet():
     assert 0.85 * true_limit(dynamics) <= dynamics.limit / dynamics.method.safety <= true_limit(dynamics) * (1 + 1e-6)
 
 
+@pytest.mark.parametrize("element, thickness", [(Membrane(), 0.1), (Shell(3), 0.01)])
+def test_supports_in_the_plane_do_not_make_the_step_longer(element, thickness):
+    mesh = square(6, 6.0)
+    held = motion(mesh, thickness, element, fixed={"all": "xy"})
+    # The free sheet's step stays a bound however far the held one deflects. A shell's slopes see to it by themselves.
+    mesh.groups = {"all": mesh.groups["all"]}
+    limit = true_limit(motion(mesh, thickness, element))
+    assert 0.85 * held.method.safety * limit <= held.limit <= limit
+
+
+def test_a_membrane_without_stiffness_across_it_is_stepped_through_large_deflections():
+    # Pushed across its plane by velocities that stretch it by some per cent: its energy stays what it was.
+    mesh = square(6, 6.0)
+    dynamics = motion(mesh, 0.1, fixed={"all": "xy"})
+    x, y = mesh.points[:, 0] / 6.0, mesh.points[:, 1] / 6.0
+    dynamics.v[: len(x), 2] = 2e5 * np.cos(0.5 * np.pi * x) * np.cos(0.5 * np.pi * y)
+    start = 0.5 * float(np.sum(dynamics.mass[:, None] * dynamics.v**2))
+    dt, deflection = dynamics.limit, 0.0
+    for _ in range(400):
+        dynamics.step(0.0, dt, dt)
+        deflection = max(deflection, np.abs(dynamics.state.sheet.x[:, 2]).max())
+        assert dynamics.kinetic + dynamics.work["internal"] == pytest.approx(start, rel=0.1)
+    assert deflection > 0.3
+
+
 def test_a_triangle_that_narrows_does_not_hold_up_the_sheet_for_long():
     # A corner that only one triangle has moves towards its neighbour: a soft triangle at a rim, squeezed.
     dynamics = motion(square(6, 6.0), 0.5, Shell(3))
