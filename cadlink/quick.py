@@ -69,7 +69,11 @@ def band_scale(face, rim, h, v):
     if form == CYLINDER or form == SPHERE:
         least = size[0]
     elif form == TORUS:
-        least = min(size[1], size[0] - size[1])
+        # The narrowest parallel: of the ring, or where a trim on the outer sheet of a wider tube ends (rim.py).
+        narrowest = size[0] - size[1]
+        if narrowest <= 0.0:
+            narrowest = size[0] + size[1] * min(rim.turn[4], rim.turn[6])
+        least = min(size[1], narrowest)
     else:
         least = size[0] + v * rim.slope[1]
     return 1.0 + h / least
@@ -93,6 +97,18 @@ def place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, h, work)
         elif cells < 0:
             where, room = OUT, room_of_cells(face, cells, rasters.shape[1], rho, m)
     return where, room
+
+
+@njit(**POINT)
+def room_inside(face, rim, rasters, p):
+    """How far [mm] a point whose foot is inside its face may move before the foot can leave it; 0 where that is
+    not told: by curved faces with a raster, which may go on beyond its end."""
+    single, _, x, y, z, rho, m, v = distance_to_form(face, rim, p)
+    room = box_room(face, rim, x, y, z, rho, v)
+    if rim.kind == RASTER:
+        cells = cell_of(face, rim, rasters, x, y) if face.form == PLANE else 0
+        room = min(room, room_of_cells(face, cells, rasters.shape[1], rho, m)) if cells > 0 else 0.0
+    return max(room, 0.0) if single and rim.kind != ODD else 0.0
 
 
 @njit(forceinline=True, **POINT)

@@ -22,6 +22,7 @@ from cadlink.trim import first_turn, inside
 
 IN, UNSURE, OUT = 1, 0, -1
 BOX, RASTER, ODD = 0, 1, 2  # kinds of rim; ODD: closed forms with a second foot beyond their axis
+TIP = 1e-3  # of a face's largest radius: where it comes nearer than this to its axis, it is ODD
 FINE, COARSE, MANY = 256, 64, 32  # cells along each side of a raster; coarse ones for more than MANY faces
 FAR = 127  # cells counted at most
 
@@ -78,12 +79,23 @@ def build_rims(faces, pieces, ctrl):
 
 
 def second_foot(face):
-    """Whether points may have a second foot beyond the axis: cones near their apex, spindle tori."""
-    radius, other = face["size"]
+    """Whether points may have a second foot beyond the axis: cones near their apex, and tori across their axis.
+
+    A torus whose tube is wider than its ring cuts its axis and has two sheets, the outer with R + r cos v > 0. On a
+    sheet by itself every point has one foot, that of the circle about (R, 0) in the point's own half plane: its squared
+    distance from a point at radius w > 0, height h and angle u from it, (rho - w)^2 + 2 rho w (1 - cos u) + (z - h)^2,
+    has its only minimum over u at 0, and along an arc of a circle one at most. So a trim on the outer sheet is met like
+    any other torus.
+    """
+    (radius, other), (v0, v1) = face["size"], face["box"][2:]
     if face["form"] == CONE:
         ends = radius + face["box"][2:] * np.sin(other)
-        return bool((ends < 1e-3 * np.abs(ends).max()).any())
-    return bool(face["form"] == TORUS and not 0.0 < other < radius)
+        return bool((ends < TIP * np.abs(ends).max()).any())
+    if face["form"] != TORUS or 0.0 < other < radius:
+        return False
+    inner = np.floor((v1 - pi) / (2.0 * pi)) > np.floor((v0 - pi) / (2.0 * pi))
+    least = radius + other * min(np.cos(v0), np.cos(v1))
+    return bool(inner or not (radius > 0.0 and least > TIP * (radius + other)))
 
 
 def is_box(pieces, box):

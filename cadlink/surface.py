@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from cadlink.closest import COLUMNS, WITH_MODEL, Hints, project_points
+from cadlink.closest import CHUNK, COLUMNS, WITH_MODEL, Hints, project_points, track_forms
 from cadlink.feet import further_feet
 from cadlink.pick import pick_faces
 from cadlink.projection import checked_points, checked_seed, empty_projection
@@ -32,6 +32,7 @@ class ToolSurface:
         self.skin = build_skin(part.record["skin"], faces)
         self.hints = None
         self.hollows = {}
+        self.left = self.counts = np.empty(0, np.int64)  # scratch of `follow`
         # Tells its own seeds from those of other surfaces.
         self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
         self.columns = WITH_MODEL if len(self.skin.leaves) else COLUMNS
@@ -53,6 +54,19 @@ class ToolSurface:
         if self.hints is None:
             self.hints = hint_grid(self)
         return project(self.skin, self.hints, self.stamp, points, seed)
+
+    def follow(self, rows, points, hit):
+        """Closest points of some points that have moved, in place: for loops that ask often and allocate nothing.
+
+        rows : (k,) of points (n, 3) mm, finite and contiguous, that are looked at; none is checked
+        hit : a Projection of n points by this surface, of which these rows are overwritten; seeds of zeros are blank
+        """
+        skin = self.skin
+        if len(self.left) < len(points):
+            self.left, self.counts = np.empty(len(points), np.int64), np.empty(len(points) // CHUNK + 1, np.int64)
+        n = track_forms(skin.items, skin.faces, skin.rims, self.stamp, rows, points, *hit, self.counts, self.left)
+        if n:
+            project_points(skin, self.hints, self.stamp, self.left[:n], points, hit.seed, *hit)
 
     def feet(self, points, hit, reach):
         """Feet beside the nearest: where the distance has its other minima, two for each point at most.
@@ -76,7 +90,7 @@ def project(skin, hints, stamp, points, seed):
     """Projection of checked points."""
     hit = empty_projection(len(points), seed.shape[1])
     if len(points):
-        project_points(skin, hints, stamp, points, seed, *hit)
+        project_points(skin, hints, stamp, np.arange(len(points)), points, seed, *hit)
     return hit
 
 

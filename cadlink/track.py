@@ -67,11 +67,14 @@ def answer_off_face(skin, item, a, b, p, foot, work, out):
 
 
 @njit(forceinline=True, **POINT)
-def track_face(face, rim, rasters, pieces, ctrl, p, work):
-    """The answer at the foot on a closed form, and the face: -1 where it is not surely inside."""
+def track_face(face, rim, rasters, pieces, ctrl, p, sure, work):
+    """The answer at the foot on a closed form, and the face: -1 where it is not surely inside.
+
+    sure : the foot is known to be inside (room_inside)
+    """
     single, d, x, y, z, rho, m, v = distance_to_form(face, rim, p)
-    label = -1
-    if single:
+    label = face.label if single and sure else -1
+    if single and not sure:
         where, _ = place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, abs(d), work)
         if where == IN:
             label = face.label
@@ -113,11 +116,11 @@ def track_edge(skin, item, a, b, p, work, out):
 
 
 @njit(forceinline=True, **POINT)
-def answer_on_form(face, rim, p):
-    """The answer at the foot on a closed form, inside or not."""
-    _, d, x, y, z, rho, m, v = distance_to_form(face, rim, p)
+def form_of(face, rim, p):
+    """Whether the foot on a closed form is single, and the answer there, inside its trim or not."""
+    single, d, x, y, z, rho, m, v = distance_to_form(face, rim, p)
     foot, n, k1, k2, e = shape_of_form(face, rim, x, y, z, rho, m, v)
-    return face.sense * d, foot, n, k1, k2, e
+    return single, face.sense * d, foot, n, k1, k2, e
 
 
 @njit(**INNER)

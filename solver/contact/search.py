@@ -4,69 +4,68 @@ The signed distance to a tool changes by no more than the node moves (it is 1-Li
 place therefore bounds it from below at any other, and only nodes whose bound lets them touch are projected.
 """
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
 
 
-@njit(cache=True)
-def take_rows(table, rows, taken):
-    """Fills taken (k, c) with these rows (k,) of a table (n, c)."""
-    for k in range(len(rows)):
-        for c in range(table.shape[1]):
-            taken[k, c] = table[rows[k], c]
+class Hit(NamedTuple):
+    """Where n points are on a tool: the fields of what its surface's `project` returns."""
 
-
-@njit(cache=True)
-def put_rows(points, distance, seed, rows, place, last, seeds):
-    """Writes points (k, 3), distance (k,), seed (k, c) into these rows of place (n, 3), last (n,), seeds (n, c)."""
-    for k in range(len(rows)):
-        row = rows[k]
-        last[row] = distance[k]
-        for c in range(3):
-            place[row, c] = points[k, c]
-        for c in range(seeds.shape[1]):
-            seeds[row, c] = seed[k, c]
+    distance: np.ndarray
+    point: np.ndarray
+    normal: np.ndarray
+    curvature: np.ndarray
+    direction: np.ndarray
+    face: np.ndarray
+    seed: np.ndarray
 
 
 class Neighbourhood:
-    """Distances of the nodes to one tool, remembered in the tool's frame, and the seeds of its search."""
+    """Distances of the nodes to one tool, remembered in the tool's frame, and the seeds of its search.
+
+    place : (n, 3) where each node was projected last, in the tool's frame
+    hit : Hit of all nodes there, None before the first; what it says of nodes never projected is void
+    distance : (n,) of it, -inf of those nodes
+    """
 
     def __init__(self, surface, n_nodes):
         self.surface = surface
         self.place = np.zeros((n_nodes, 3))
         self.distance = np.full(n_nodes, -np.inf)
-        self.seed = None
+        self.hit = None
         self.n_projected = self.n_asked = 0
-
-    def seeds(self, nodes):
-        """Where the last searches of these nodes ended, or None before the first."""
-        if self.seed is None:
-            return None
-        found = np.empty((len(nodes), *self.seed.shape[1:]), dtype=self.seed.dtype)
-        width = self.seed[0].size
-        take_rows(self.seed.reshape(-1, width), nodes, found.reshape(-1, width))
-        return found
 
     def project(self, points, reach):
         """Exact projection of the nodes that may lie closer than their reach.
 
         points : (n, 3) in the tool's frame; reach : (n,) mm
-        returns : node ids (k,), Projection of those nodes
+        returns : node ids (k,), Hit of those nodes
         """
         bound = self.distance - np.linalg.norm(points - self.place, axis=1)
         near = np.flatnonzero(bound <= reach)
         self.n_asked += len(points)
-        self.n_projected += len(near)
-        return near, self.project_these(near, points[near])
+        self.place[near] = points[near]
+        self.follow(near)
+        return near, rows_of(self.hit, near)
 
-    def project_these(self, nodes, points):
-        """Exact projection of these nodes, remembered. nodes : (k,); points : (k, 3) in the tool's frame"""
-        hit = self.surface.project(points, self.seeds(nodes))
-        if self.seed is None:
-            self.seed = np.zeros((len(self.distance), *hit.seed.shape[1:]), dtype=hit.seed.dtype)
-        width = self.seed[0].size
-        put_rows(
-            points, hit.distance, hit.seed.reshape(-1, width), nodes, self.place, self.distance,
-            self.seed.reshape(-1, width),
-        )  # fmt: skip
-        return hit
+    def follow(self, nodes):
+        """Project these nodes (k,) from where `place` says they are now, into `hit`; in place if the surface can."""
+        self.n_projected += len(nodes)
+        if self.hit is not None and hasattr(self.surface, "follow"):
+            self.surface.follow(nodes, self.place, self.hit)
+            return
+        found = self.surface.project(self.place[nodes], None if self.hit is None else self.hit.seed[nodes])
+        found = [getattr(found, name) for name in Hit._fields]
+        if self.hit is None:
+            n = len(self.place)
+            self.hit = Hit(*(np.zeros((n, *values.shape[1:]), values.dtype) for values in found))
+            self.hit.distance[:] = -np.inf
+            self.distance = self.hit.distance
+        for mine, new in zip(self.hit, found):
+            mine[nodes] = new
+
+
+def rows_of(hit, rows):
+    """Hit of some of its points."""
+    return Hit(*(values[rows] for values in hit))

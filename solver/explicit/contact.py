@@ -25,9 +25,9 @@ from .laws import BY_PATH, GRIP, KINEMATIC, PENALTY, answer, grip_of, velocity_a
 
 
 @njit(cache=True)
-def wake(points, shift, place, distance, reach, before, normal_force, tau, status, near, local):
-    """Fills near with the nodes that may lie closer to the tool than their reach, and local (n, 3) with their places in
-    the tool's frame; opens those that were near before. Returns how many.
+def wake(points, shift, place, distance, reach, before, normal_force, tau, status, near):
+    """Fills near with the nodes that may lie closer to the tool than their reach, and their rows of place with where
+    they are now; opens those that were near before. Returns how many. What is not a number is near nothing.
 
     points : the first n rows are nodes; shift : (3,) travel of the tool; place (n, 3), distance (n,): where each was
     projected last, in the tool's frame, and how far from it; the distance changes by no more than the node moves.
@@ -41,12 +41,11 @@ def wake(points, shift, place, distance, reach, before, normal_force, tau, statu
     for node in range(reach.shape[0]):
         x1, x2, x3 = points[node, 0] - s1, points[node, 1] - s2, points[node, 2] - s3
         slack = distance[node] - reach[node]
-        if slack > 0.0:
-            moved = (x1 - place[node, 0]) ** 2 + (x2 - place[node, 1]) ** 2 + (x3 - place[node, 2]) ** 2
-            if moved < slack * slack:
-                continue
+        moved = (x1 - place[node, 0]) ** 2 + (x2 - place[node, 1]) ** 2 + (x3 - place[node, 2]) ** 2
+        if not (moved < np.inf) or (slack > 0.0 and moved < slack * slack):
+            continue
         near[count] = node
-        local[count, 0], local[count, 1], local[count, 2] = x1, x2, x3
+        place[node, 0], place[node, 1], place[node, 2] = x1, x2, x3
         count += 1
     return count
 
@@ -59,7 +58,7 @@ def meet_tool(
     """Puts the nodes that overlap a tool back, and gives them their friction.
 
     parameter : restitution of a touch; stiffness of a penalty over the node's mass [1/s^2]
-    near : (k,) nodes; distance (k,), normal (k, 3), face (k,) of their projection after the predicted step (penalty:
+    near : (k,) nodes; distance (n,), normal (n, 3), face (n,) of their projection after the predicted step (penalty:
     before it); mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
     half_thickness (n,), mass (n,); free : (n, 3) 1 where a node may move; w : (3, 3) of the tool, see velocity_at;
     v : before the step
@@ -69,14 +68,14 @@ def meet_tool(
     for k in prange(near.shape[0]):
         node = near[k]
         m = mass[node]
-        d = distance[k] - half_thickness[node]
+        d = distance[node] - half_thickness[node]
         gap[node] = d
         tool = velocity_at(w, u_new[node])
         hold = vn = before = 0.0
         for c in range(3):
-            hold += free[node, c] * normal[k, c] * normal[k, c]
-            vn += (v_new[node, c] - tool[c]) * normal[k, c]
-            before += (v[node, c] - tool[c]) * normal[k, c]
+            hold += free[node, c] * normal[node, c] * normal[node, c]
+            vn += (v_new[node, c] - tool[c]) * normal[node, c]
+            before += (v[node, c] - tool[c]) * normal[node, c]
         normal_force[node], status[node], lost[node] = 0.0, OPEN, BY_PATH
         for c in range(3):
             tau[node, c] = 0.0
@@ -91,13 +90,13 @@ def meet_tool(
         # Across it. A law's speed is the one that the node has, not what the step would give it without friction.
         sliding = across = 0.0
         for c in range(3):
-            slide = v_new[node, c] - tool[c] - vn * normal[k, c]
+            slide = v_new[node, c] - tool[c] - vn * normal[node, c]
             tau[node, c] = slide
             sliding += slide * slide
             across += (v[node, c] - tool[c]) ** 2
         sliding = sqrt(sliding)
         speed = sqrt(max(across - before * before, 0.0))
-        stopped = dv * grip_of(mu, laws, face[k], node, force, speed)
+        stopped = dv * grip_of(mu, laws, face[node], node, force, speed)
         factor = 0.0
         if stopped > 0.0 and sliding > 0.0:
             factor = -min(1.0, stopped / sliding)
@@ -106,9 +105,9 @@ def meet_tool(
         for c in range(3):
             slowed = factor * tau[node, c]
             tau[node, c] = m * slowed / dtm
-            n_new[node, c] = normal[k, c]
-            v_new[node, c] += free[node, c] * (dv * normal[k, c] + slowed)
-            u_new[node, c] += free[node, c] * (lift * normal[k, c] + dt * slowed)
+            n_new[node, c] = normal[node, c]
+            v_new[node, c] += free[node, c] * (dv * normal[node, c] + slowed)
+            u_new[node, c] += free[node, c] * (lift * normal[node, c] + dt * slowed)
 
 
 @njit(cache=True)
@@ -158,7 +157,7 @@ class ToolContact:
         self.mass, self.free = mass, free
         n = len(contact.status)
         self.room = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-        self.near, self.local = self.room[0][:0], np.empty((n, 3))
+        self.near = self.room[0][:0]
         self.lost = np.zeros(n)
         self.walls = Walls(run.tool.surface, n) if contact.further else None
         self.cornered = self.room[0][:0]
@@ -197,7 +196,8 @@ class ToolContact:
 
     def travel_to(self, travel, dt):
         """Move a tool of prescribed travel over a step."""
-        self.at = self.here()
+        if self.law == PENALTY:
+            self.at = self.here()
         self.rates[0] = (travel - self.contact.travel[0]) / dt
         self.contact.travel[0] = travel
         self.place_pivot()
@@ -209,7 +209,9 @@ class ToolContact:
         The sheet holds it as springs of stiffness m/dt^2. The damper, of critical strength, is the change of a multiple
         of the reaction: it resists no steady movement, and leaves no impulse behind when a node lets go.
         """
-        self.at, contact, drive = self.here(), self.contact, self.run.drive
+        contact, drive = self.contact, self.run.drive
+        if self.law == PENALTY:
+            self.at = self.here()
         force = load + self.reaction + self.bounce - self.bounce_before
         self.rates += dtm * self.inverse @ force
         contact.travel[0] += dt * self.rates[0]
@@ -229,23 +231,21 @@ class ToolContact:
         self.room = self.room[::-1]
         count = wake(
             points, shift, watch.place, watch.distance, half_thickness, self.near, contact.normal_force,
-            contact.friction_force, contact.status, self.room[0], self.local,
+            contact.friction_force, contact.status, self.room[0],
         )  # fmt: skip
         self.near = near = self.room[0][:count]
         watch.n_asked += len(half_thickness)
-        watch.n_projected += count
         if self.walls is not None:
             self.leave_corners()
         if not count:
             return
-        local = self.local[:count]
-        hit = watch.project_these(near, local)
+        watch.follow(near)
+        hit = watch.hit
         if self.walls is not None:
-            rows = self.walls.look(near, local, hit, half_thickness)
-            if len(rows):
-                self.meet_corners(near[rows], local[rows], half_thickness, dt, dtm, v, u_new, v_new)
-                rows = np.delete(np.arange(count), rows)
-                near, hit = near[rows], type(hit)(*(values[rows] for values in hit))
+            cornered = self.walls.look(near, watch.place, hit, half_thickness)
+            if len(cornered):
+                self.meet_corners(cornered, watch.place, half_thickness, dt, dtm, v, u_new, v_new)
+                near = np.setdiff1d(near, cornered, assume_unique=True)
         hit = to_space(run, at, hit)
         meet_tool(
             self.law, self.parameter, near, hit.distance, hit.normal, hit.face, half_thickness, self.mass, self.free,
@@ -260,10 +260,10 @@ class ToolContact:
             foot.friction_force[self.cornered], foot.gap[self.cornered] = 0.0, np.inf
         self.cornered = self.cornered[:0]
 
-    def meet_corners(self, nodes, local, half_thickness, dt, dtm, v, u_new, v_new):
-        """Let nodes (k,), at local (k, 3) in the tool's frame, touch all walls of a tight corner."""
+    def meet_corners(self, nodes, place, half_thickness, dt, dtm, v, u_new, v_new):
+        """Let nodes (k,) of those at place (n, 3) in the tool's frame touch all walls of a tight corner."""
         run, k = self.run, len(nodes)
-        distance, normal, face, n_walls = self.walls.at(nodes, local)
+        distance, normal, face, n_walls = self.walls.at(nodes, place)
         gap = distance - half_thickness[nodes, None]
         force, tau, status = np.zeros((k, MOST)), np.zeros((k, MOST, 3)), np.zeros((k, MOST), dtype=np.int64)
         meet_walls(
@@ -299,18 +299,23 @@ class ToolContact:
 
     def work(self, v, v_new, u_new, dtm, sums):
         """Add the step's work of the tool, contact and friction to sums [mJ], once all tools have been met."""
-        total = np.zeros(5)
-        for foot, nodes in zip(self.contact.feet, (self.near, self.cornered, self.cornered)):
-            total += contact_work(
-                nodes, foot.normal_force, foot.normal, foot.friction_force, self.lost, v, v_new, u_new, self.w,
-                self.run.axis, dtm, self.mass, self.free, self.impulse,
-            )  # fmt: skip
-        driven, collided, rubbed, along, touching = total
-        sums["external"] += driven
-        sums["contact"] += collided
-        sums["friction"] += rubbed
-        self.bounce_before = self.bounce
-        self.reaction, self.bounce = self.reacted(u_new, self.near, -along, touching)
+        feet = [(self.contact, self.near)]
+        if len(self.cornered):
+            feet += [(foot, self.cornered) for foot in self.contact.further]
+        along = touching = 0.0
+        for foot, nodes in feet:
+            if len(nodes):
+                driven, collided, rubbed, push, held = contact_work(
+                    nodes, foot.normal_force, foot.normal, foot.friction_force, self.lost, v, v_new, u_new, self.w,
+                    self.run.axis, dtm, self.mass, self.free, self.impulse,
+                )  # fmt: skip
+                sums["external"] += driven
+                sums["contact"] += collided
+                sums["friction"] += rubbed
+                along, touching = along + push, touching + held
+        if self.run.drive is not None:
+            self.bounce_before = self.bounce
+            self.reaction, self.bounce = self.reacted(u_new, self.near, -along, touching)
 
     def record(self, half_thickness, span):
         """Finish the contact's state: its force is the mean over the span [s] since the last record."""

@@ -24,6 +24,7 @@ from numba import njit, prange
 
 from ..contact.feet import MOST
 from ..contact.node_on_tool import OPEN, SLIP, STICK, hessian_of_distance
+from ..contact.search import rows_of
 from .laws import BY_PATH, GRIP, PENALTY, TOUCH, answer, grip_of, velocity_at
 
 ROOM = 0.5  # of half the thickness: how much farther than the skin walls are looked for
@@ -49,17 +50,17 @@ class Memory(NamedTuple):
 
 
 @njit(cache=True)
-def outdated(near, local, half_thickness, place, trust, rows):
-    """Fills rows with those of near nodes (k,), at local (k, 3), whose walls are to be looked for. Returns how many."""
+def outdated(near, now, half_thickness, place, trust, found):
+    """Fills found with those of near nodes (k,), at now (n, 3), whose walls are to be looked for. Returns how many."""
     count = 0
     for k in range(near.shape[0]):
         node = near[k]
         moved = 0.0
         for c in range(3):
-            moved += (local[k, c] - place[node, c]) ** 2
+            moved += (now[node, c] - place[node, c]) ** 2
         # Not a number before the first look.
         if not moved <= (trust[node] * half_thickness[node]) ** 2:
-            rows[count] = k
+            found[count] = node
             count += 1
     return count
 
@@ -95,13 +96,13 @@ def remember(nodes, points, half_thickness, owner, distance, normal, curvature, 
 
 
 @njit(cache=True)
-def walls_now(nodes, local, walls, distance, normal):
-    """Fills distance (k, 3) and normal (k, 3, 3) of nodes' (k,) walls at local (k, 3)."""
+def walls_now(nodes, now, walls, distance, normal):
+    """Fills distance (k, 3) and normal (k, 3, 3) of the walls of nodes (k,), at now (n, 3)."""
     for k in range(nodes.shape[0]):
         node = nodes[k]
         for j in range(walls.count[node]):
             d, n, bend = walls.distance[node, j], walls.normal[node, j], walls.bend[node, j]
-            distance[k, j] = wall_now(d, n, bend, walls.place[node], local[k], normal[k, j])
+            distance[k, j] = wall_now(d, n, bend, walls.place[node], now[node], normal[k, j])
 
 
 @njit(forceinline=True)
@@ -320,16 +321,15 @@ class Walls:
             bend=np.zeros((n, MOST, 3, 3)),
             face=np.zeros((n, MOST), dtype=np.int64),
         )
-        self.rows = np.empty(n, dtype=np.int64)
+        self.found = np.empty(n, dtype=np.int64)
 
-    def look(self, near, local, hit, half_thickness):
-        """Rows of near (k,) with several walls. local : (k, 3) their places in the tool's frame; hit : Projection"""
+    def look(self, near, now, hit, half_thickness):
+        """Which of near nodes (k,) have several walls. now : (n, 3) places in the tool's frame; hit : Hit there"""
         memory = self.memory
-        count = outdated(near, local, half_thickness, memory.place, memory.trust, self.rows)
+        count = outdated(near, now, half_thickness, memory.place, memory.trust, self.found)
         if count:
-            rows = self.rows[:count].copy()
-            nodes, points = near[rows], local[rows]
-            first = type(hit)(*(values[rows] for values in hit))
+            nodes = self.found[:count].copy()
+            points, first = now[nodes], rows_of(hit, nodes)
             owner, further = self.surface.feet(points, first, (1.0 + ROOM) * half_thickness[nodes])
             order = np.argsort(np.concatenate([np.arange(count), owner]), kind="stable")
             owners = np.concatenate([np.arange(count), owner])[order]
@@ -338,11 +338,11 @@ class Walls:
                 for name in ("distance", "normal", "curvature", "direction", "face")
             }
             remember(nodes, points, half_thickness, owners, **feet, walls=memory)
-        return np.flatnonzero(memory.count[near] > 1)
+        return near[memory.count[near] > 1]
 
-    def at(self, nodes, local):
-        """Distances (k, 3), normals (k, 3, 3), faces (k, 3) and number (k,) of nodes' walls at local (k, 3)."""
+    def at(self, nodes, now):
+        """Distances (k, 3), normals (k, 3, 3), faces (k, 3) and number (k,) of the walls of nodes at now (n, 3)."""
         memory = self.memory
         distance, normal = np.full((len(nodes), MOST), np.inf), np.zeros((len(nodes), MOST, 3))
-        walls_now(nodes, local, memory, distance, normal)
+        walls_now(nodes, now, memory, distance, normal)
         return distance, normal, memory.face[nodes], memory.count[nodes]

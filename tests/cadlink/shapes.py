@@ -3,6 +3,7 @@
 from math import pi
 
 import numpy as np
+from OCP.BRep import BRep_Tool
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepBuilderAPI import (
     BRepBuilderAPI_MakeEdge,
@@ -27,12 +28,13 @@ from OCP.Geom import (
     Geom_BSplineSurface,
     Geom_Ellipse,
     Geom_OffsetSurface,
+    Geom_ToroidalSurface,
 )
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.TColgp import TColgp_Array1OfPnt, TColgp_Array2OfPnt
 from OCP.TColStd import TColStd_Array1OfInteger, TColStd_Array1OfReal, TColStd_Array2OfReal
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_SOLID
-from OCP.TopExp import TopExp_Explorer
+from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
 TILTED = gp_Ax2(gp_Pnt(1.0, -2.0, 0.5), gp_Dir(1.0, 2.0, 3.0))
@@ -81,6 +83,43 @@ def torus():
 
 def torus_part():
     return BRepPrimAPI_MakeTorus(TILTED, 12.0, 4.0, 0.3, 2.5, 4.0).Solid()
+
+
+def rounded(body, radius, chosen):
+    """Edges rounded whose ends (2, 3) `chosen` takes."""
+    fillet = BRepFilletAPI_MakeFillet(body)
+    walk = TopExp_Explorer(body, TopAbs_EDGE)
+    while walk.More():
+        edge = TopoDS.Edge_s(walk.Current())
+        ends = [BRep_Tool.Pnt_s(v) for v in (TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge))]
+        if chosen(np.array([[p.X(), p.Y(), p.Z()] for p in ends])):
+            fillet.Add(radius, edge)
+        walk.Next()
+    return solid_in(fillet.Shape())
+
+
+def pin(radius=8.0, round=6.0):
+    """A pin rounded by more than half its radius: a torus whose tube is wider than its ring."""
+    body = BRepPrimAPI_MakeCylinder(radius, 12.0).Solid()
+    return rounded(body, round, lambda ends: (ends[:, 2] > 11.0).all() and np.ptp(ends, axis=0).max() < 1e-9)
+
+
+def punch(corner=4.0, round=3.0):
+    """A box whose corners in plan are rounded by `corner` and its foot by `round`: quarters of such a torus."""
+    upright = rounded(box(), corner, lambda ends: np.ptp(ends[:, 2]) > 1.0)
+    return rounded(upright, round, lambda ends: (ends[:, 2] < -3.9).all())
+
+
+def bowl():
+    """The cavity that such a punch leaves in a block."""
+    block = BRepPrimAPI_MakeBox(gp_Pnt(-14.0, -11.0, -8.0), 28.0, 22.0, 10.0).Solid()
+    return solid_in(BRepAlgoAPI_Cut(block, punch()).Shape())
+
+
+def spindle_sheet(first, last, ring=2.0, tube=8.0):
+    """A piece of the surface of a torus that cuts its axis, from one angle of the tube to another."""
+    surface = Geom_ToroidalSurface(gp_Ax3(TILTED), ring, tube)
+    return BRepBuilderAPI_MakeFace(surface, 0.4, 3.0, first, last, 1e-6).Face()
 
 
 def as_nurbs(shape):
@@ -231,19 +270,7 @@ def l_profile(radius=0.3):
     body = BRepAlgoAPI_Fuse(legs, up)
     body.SimplifyResult()
     body = body.Shape()
-    fillet = BRepFilletAPI_MakeFillet(body)
-    walk = TopExp_Explorer(body, TopAbs_EDGE)
-    from OCP.BRep import BRep_Tool
-    from OCP.TopExp import TopExp
-
-    while walk.More():
-        edge = TopoDS.Edge_s(walk.Current())
-        ends = [BRep_Tool.Pnt_s(v) for v in (TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge))]
-        if all(abs(p.X() - 2.0) < 1e-9 and abs(p.Z() - 2.0) < 1e-9 for p in ends):
-            fillet.Add(radius, edge)
-            break
-        walk.Next()
-    return solid_in(fillet.Shape())
+    return rounded(body, radius, lambda ends: (np.abs(ends[:, [0, 2]] - 2.0) < 1e-9).all())
 
 
 def boss_sliver():
@@ -280,6 +307,9 @@ SOLIDS = {
     "cap": sphere_cap,
     "torus": torus,
     "torus part": torus_part,
+    "pin": pin,
+    "punch": punch,
+    "bowl": bowl,
     "revolution": revolution,
     "half revolution": lambda: revolution(2.5),
     "revolved ellipse": revolution_of_ellipse,
@@ -295,6 +325,7 @@ SOLIDS = {
     "sliver": boss_sliver,
     "notched": star_vertex,
     "mirrored torus": lambda: mirrored(torus_part()),
+    "mirrored punch": lambda: mirrored(punch()),
     "mirrored cone": lambda: mirrored(cone()),
     "mirrored fillets": lambda: mirrored(filleted_box()),
     "mirrored bspline": lambda: mirrored(bumpy_solid()),
@@ -308,6 +339,9 @@ SHELLS = {
     "offset": offset_face,
     "crease": creased_face,
     "plane": plane_face,
+    "outer sheet": lambda: spindle_sheet(-1.5, 1.7),
+    "inner sheet": lambda: spindle_sheet(2.2, 4.0),
+    "both sheets": lambda: spindle_sheet(0.5, 3.5),
 }
 
 

@@ -18,6 +18,8 @@ BODIES = {
     "sphere": lambda x, y: BRepPrimAPI_MakeSphere(shapes.TILTED, 3.0 + 6.0 * x, -0.3 - y, 1.2, 2.0 + 4.0 * x).Solid(),
     "torus": lambda x, y: BRepPrimAPI_MakeTorus(shapes.TILTED, 10.0 + 4.0 * x, 2.0 + 5.0 * y).Solid(),
     "part torus": lambda x, y: BRepPrimAPI_MakeTorus(shapes.TILTED, 12.0, 4.0, 0.3 * x, 1.5 + y, 1.0 + 4.0 * x).Solid(),
+    "pin": lambda x, y: shapes.pin(8.0, 4.5 + 3.0 * x),
+    "punch": lambda x, y: shapes.punch(2.0 + 4.0 * x, (2.0 + 4.0 * x) * (0.55 + 0.35 * y)),
     "cross hole": lambda x, y: shapes.cylinder_with_cross_hole(),
     "freeform": lambda x, y: shapes.bumpy_solid(False, seed=int(1e3 * x)),
     "rational": lambda x, y: shapes.bumpy_solid(True, seed=int(1e3 * x)),

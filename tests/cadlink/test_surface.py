@@ -13,6 +13,7 @@ from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 from cadlink import CadError, ToolSurface
 from cadlink.closest import REACH
 from cadlink.quick import SKIN
+from cadlink.rim import ODD
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import part_of
 
@@ -45,6 +46,43 @@ def test_warm_equals_cold_along_random_paths(request, name):
             # Two equally near feet are the only excuse for another one.
             other = np.linalg.norm(cold.point - warm.point, axis=1) > 1e-7
             assert other.mean() < 0.01
+
+
+@pytest.mark.parametrize("name", ["die", "punch", "freeform"])
+def test_following_in_place_is_projecting_with_seeds(request, name):
+    """Points that wander over faces, rims and edges: the rows asked for are those of `project`, others untouched."""
+    part = part_of(shapes.punch(), name) if name == "punch" else request.getfixturevalue(name)
+    surface, rng = ToolSurface(part), np.random.default_rng(2)
+    box, n = part.bounding_box, 300
+    points = box[0] - 1.0 + rng.random((n, 3)) * (np.ptp(box, axis=0) + 2.0)
+    hit = surface.project(points)
+    ahead = rng.normal(size=points.shape)
+    for size in (1e-4, 1e-3, 1e-2, 0.1, 1.0, 1e-3):
+        for _ in range(3):
+            before = [values.copy() for values in hit]
+            rows = np.flatnonzero(rng.random(n) < 0.7)
+            points[rows] += size * ahead[rows]
+            wanted = surface.project(points[rows], hit.seed[rows])
+            surface.follow(rows, points, hit)
+            others = np.setdiff1d(np.arange(n), rows)
+            for now, new, old in zip(hit, wanted, before, strict=True):
+                assert now[rows] == pytest.approx(new, rel=1e-12, abs=1e-12)
+                assert np.array_equal(now[others], old[others])
+
+
+def test_the_outer_sheet_of_a_torus_across_its_axis_is_met_in_closed_form():
+    """A trim on one sheet has one foot; on the inner one, or on both, the careful search decides."""
+    kinds = {name: part_of(shapes.SHELLS[name]()).surface().skin.rims["kind"] for name in shapes.SHELLS}
+    assert (kinds["outer sheet"] != ODD).all()
+    assert (kinds["inner sheet"] == ODD).all() and (kinds["both sheets"] == ODD).all()
+    surface = part_of(shapes.punch(4.0, 3.0)).surface()
+    # Round the middle of a corner's tube, on its axis and beyond: 5.5, 2.5, -4 is on the ring of radius 1.
+    corner, centre = np.array([1.0, 1.0, -1.0]) / np.sqrt(3.0), np.array([6.0, 3.0, -1.0])
+    middle = centre + np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
+    away = np.array([-2.0, -1.0, -0.1, 0.3, 2.0])[:, None]
+    hit = surface.project(middle + (3.0 + away) * corner)
+    assert hit.distance == pytest.approx(away[:, 0], abs=1e-12)
+    assert (hit.seed[:, REACH] > 0.0).all()
 
 
 def test_seed_of_another_surface_does_no_harm(die, freeform):

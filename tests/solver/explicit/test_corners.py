@@ -194,10 +194,10 @@ def test_walls_are_remembered_exactly_and_looked_for_seldom():
     for x in way:
         local = np.array([[2.0 + x, 3.0, 2.0 + 0.499]])
         hit = surface.project(local)
-        rows = walls.look(node, local, hit, thickness)
+        cornered = walls.look(node, local, hit, thickness)
         owner, further = feet(local, hit, half)
         if len(owner):
-            assert len(rows) == 1
+            assert len(cornered) == 1
             distance, normal, _, count = walls.at(node, local)
             assert count[0] >= 2
             exact = np.sort([hit.distance[0], further.distance[0]])
