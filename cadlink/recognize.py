@@ -208,7 +208,7 @@ def torus_of(at, normal):
         return None
     n_rho = (n * radial).sum(axis=1) / rho
     centre, r = round_of(np.column_stack([rho, h]), np.column_stack([n_rho, n @ z]))
-    if centre is None or not 0.0 < abs(r) < centre[0]:
+    if centre is None or r == 0.0 or centre[0] <= 0.0:
         return None
     origin = origin + centre[1] * z
     towards = at[GRID // 2, GRID // 2] - origin

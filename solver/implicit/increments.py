@@ -154,8 +154,8 @@ def retreat(place, width, least, inertia, snaps):
     """The march after an increment that did not converge: a shorter one; one with inertia where none is short enough;
     with more of it where that does not help either, and without end (inf) in the end."""
     if place.mass is None:
-        at_once = place.fraction < 0.0 or place.settles or snaps and inertia.known
-        shortest = np.inf if at_once else RESORT * least
+        at_once = place.settles or snaps and inertia.known
+        shortest = np.inf if at_once else least if place.fraction < 0.0 else RESORT * least
         if CUT * width >= shortest:
             return place._replace(width=CUT * width)
         log.info("no equilibrium nearby: increments with inertia")
