@@ -40,23 +40,23 @@ class Inertia:
         blank = sheet.blank
         self.usual = blank.material.initial_yield_stress * blank.thickness / (CROSSINGS * reach(sheet)) ** 2
         self.known = False
-        self.rest, self.due, self.calm = 0, 1, 0
+        self.due, self.calm = 1, 0  # light steps in a row after which it may be left, and how many there were
 
     def first(self):
-        """Mass where static steps have failed; it stays the longer, the more often they have."""
+        """Mass [N/mm^3] where static steps have failed; it stays the longer, the more often they have."""
         self.due, self.calm = 2 * self.due if self.known else 1, 0
         self.known = True
         return self.usual
 
     def after_success(self, mass, light):
-        """Mass of the next step; light : inertia was small in this one."""
+        """Mass of the next step [N/mm^3], None for a static one; light : inertia was small in this one."""
         self.calm = self.calm + 1 if light else 0
         if self.calm >= self.due:
             return None
         return mass / HEAVIER if mass > self.usual else max(mass * FADE, LEAST * self.usual)
 
     def after_failure(self, mass):
-        """Mass where shorter steps have not helped, inf where nothing will."""
+        """Mass [N/mm^3] where shorter steps have not helped, inf where nothing will."""
         self.calm = 0
         return HEAVIER * mass if mass < HEAVIEST * self.usual else np.inf
 
