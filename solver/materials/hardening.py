@@ -169,10 +169,10 @@ def place_of(strain):
 
 @njit(**FUSED_POINT)
 def piece(y, s, a0, a1, a2, a3):
-    """Yield stress [MPa] and its slope with respect to the strain, from a row of the table."""
+    """Yield stress [MPa], and its slope with respect to the strain as numerator and denominator, from a row of the
+    table."""
     y = y if y > 0.5 * WIDTH else 0.5 * WIDTH  # dy/dstrain is unbounded at 0: its value half-way stands in
-    slope = (a1 + s * (2.0 * a2 + s * 3.0 * a3)) / (4.0 * WIDTH * y * y * y)
-    return a0 + s * (a1 + s * (a2 + s * a3)), slope
+    return a0 + s * (a1 + s * (a2 + s * a3)), a1 + s * (2.0 * a2 + s * 3.0 * a3), 4.0 * WIDTH * y * y * y
 
 
 @njit(**FUSED_POINT)
@@ -180,4 +180,5 @@ def yield_stress(strain, table):
     """Yield stress [MPa] and its slope with respect to the strain, from the table of `tabulate`."""
     y, place = place_of(strain)
     i = int(place) if place < N_KNOTS - 1.0 else N_KNOTS - 1
-    return piece(y, place - i, table[i, 0], table[i, 1], table[i, 2], table[i, 3])
+    sy, rise, run = piece(y, place - i, table[i, 0], table[i, 1], table[i, 2], table[i, 3])
+    return sy, rise / run

@@ -98,26 +98,26 @@ class Law:
 @njit(parallel=True, cache=True, error_model="numpy")
 def strains(metric, strain):
     """Fills strain (p, 3), logarithmic, from metric (p, 3)."""
-    for block in prange(n_blocks(metric.shape[0])):
-        a = block * BLOCK
-        e = min(a + BLOCK, metric.shape[0])
-        w = np.empty(SHARED * BLOCK)
-        block_strains(metric[a:e], w)
-        for p in range(e - a):
+    n_points, metric = metric.shape[0], metric.reshape(-1)
+    for block in prange(n_blocks(n_points)):
+        a, w = block * BLOCK, np.empty(SHARED * BLOCK)
+        n = min(BLOCK, n_points - a)
+        block_strains(n, metric[3 * a :], w)
+        for p in range(n):
             strain[a + p, 0], strain[a + p, 1], strain[a + p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def pull_back(metric, stress, stiffness, second_stress, tangent):
     """Fills S (p, 3) and, where it is not empty, dS/dE (p, 3, 3), from T (p, 3) and dT/dH (p, 3, 3) [MPa]."""
-    for block in prange(n_blocks(metric.shape[0])):
-        a = block * BLOCK
-        e = min(a + BLOCK, metric.shape[0])
-        w = np.empty(SHARED * BLOCK)
-        block_strains(metric[a:e], w)
-        for p in range(e - a):
+    n_points, metric, second_stress = metric.shape[0], metric.reshape(-1), second_stress.reshape(-1)
+    for block in prange(n_blocks(n_points)):
+        a, w = block * BLOCK, np.empty(SHARED * BLOCK)
+        n = min(BLOCK, n_points - a)
+        block_strains(n, metric[3 * a :], w)
+        for p in range(n):
             w[T1 + p], w[T2 + p], w[T3 + p] = stress[a + p, 0], stress[a + p, 1], stress[a + p, 2]
         if tangent.shape[0] > 0:
-            for p in range(e - a):
+            for p in range(n):
                 take_stiffness(w, p, stiffness[a + p])
-        block_pull_back(w, second_stress[a:e], tangent[a:e])
+        block_pull_back(n, w, second_stress[3 * a :], tangent[a:])

@@ -70,19 +70,34 @@ def phi_closed(v):
 
 
 @njit(**FUSED_POINT)
-def log_strain(m, d, s, log_det, f0):
-    """[H11, H22, 2 H12]."""
-    p, q = 0.25 * log_det, 0.5 * f0 / m
+def log_strain(half, d, s, log_det, f0):
+    """[H11, H22, 2 H12]. half : 1/(2 m)"""
+    p, q = 0.25 * log_det, f0 * half
     return p + q * d, p - q * d, 2.0 * q * s
 
 
 @njit(**FUSED_POINT)
-def log_strain_gradient(m, d, s, grown, f0, f1):
+def first_derivatives(m, half, over, f0, f1):
+    """q; derivatives p_m, p_r, q_m, q_r of p and q with respect to m and rho. half : 1/(2 m); over : 1/det C"""
+    return f0 * half, 0.5 * m * over, -0.25 * over, -0.5 * over, 4.0 * f1 * half * half * half
+
+
+@njit(**FUSED_POINT)
+def conjugate(m, half, d, s, over, f0, f1, t1, t2, t3):
+    """t_k dH_k/dy_j of a stress t."""
+    q, p_m, p_r, q_m, q_r = first_derivatives(m, half, over, f0, f1)
+    # m = 1 + y1 + y2, d = y1 - y2, s = y3
+    total, lever_d, lever_s = t1 + t2, t1 - t2, 2.0 * t3
+    lever = lever_d * d + lever_s * s
+    by_m, by_r = total * p_m + lever * q_m, 2.0 * (total * p_r + lever * q_r)
+    by_d = by_r * d + q * lever_d
+    return by_m + by_d, by_m - by_d, by_r * s + q * lever_s
+
+
+@njit(**FUSED_POINT)
+def log_strain_gradient(m, half, d, s, over, f0, f1):
     """dH_k/dy_j, row by row."""
-    over, half = 1.0 / (1.0 + grown), 0.5 / m
-    # Derivatives of p and q with respect to m and rho, then d and s; m = 1 + y1 + y2, d = y1 - y2, s = y3.
-    q, q_r = f0 * half, 4.0 * f1 * half * half * half
-    p_m, p_r, q_m = 0.5 * m * over, -0.25 * over, -0.5 * over
+    q, p_m, p_r, q_m, q_r = first_derivatives(m, half, over, f0, f1)
     pd, ps, qd, qs = 2.0 * d * p_r, 2.0 * s * p_r, 2.0 * d * q_r, 2.0 * s * q_r
     am, ad = p_m + q_m * d, pd + qd * d + q
     bm, bd = p_m - q_m * d, pd - qd * d - q
@@ -91,9 +106,8 @@ def log_strain_gradient(m, d, s, grown, f0, f1):
 
 
 @njit(**FUSED_POINT)
-def log_strain_second(m, d, s, grown, f1, f2, t1, t2, t3):
+def log_strain_second(m, half, d, s, over, f1, f2, t1, t2, t3):
     """t_k d2H_k/dy_i dy_j for a stress t: 11, 22, 33, 12, 13, 23."""
-    over, half = 1.0 / (1.0 + grown), 0.5 / m
     cube = 4.0 * half * half * half
     p_r, q_m, q_r = -0.25 * over, -0.5 * over, f1 * cube
     p_mm, p_mr, p_rr = over * (0.5 - m * m * over), 0.5 * m * over * over, -0.25 * over * over

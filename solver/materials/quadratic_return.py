@@ -45,10 +45,10 @@ from .hardening import N_KNOTS, piece, place_of, yield_stress
 from .rate import rate_factor
 
 # Fields of a block beside the shared ones: trial state, its q, what is sought, the curve at a guess.
-X1, X2, X3, Q1, Q2, Q3, EP, DG, SY, SLOPE, OPEN, Y, PLACE, A0, A1, A2, A3 = (
-    BLOCK * i for i in range(SHARED, SHARED + 17)
+X1, X2, X3, Q1, Q2, Q3, EP, DG, SY, SLOPE, MU, OPEN, Y, PLACE, ROW, A0, A1, A2, A3 = (
+    BLOCK * i for i in range(SHARED, SHARED + 19)
 )
-FIELDS = SHARED + 17
+FIELDS = SHARED + 19
 N_SWEEPS = 8
 YIELDS, NEARLY, EXACT = 1e-12, 1e-8, 1e-13  # of the yield stress; from NEARLY the next step is the last
 
@@ -86,15 +86,26 @@ def modes_of(matrix, young, nu):
 
 
 @njit(**FUSED_POINT)
-def excess(q1, q2, q3, dg, sy, slope, k):
-    """sigma_eq - s_y after dg more of equivalent plastic strain, and Newton's step from there."""
-    mu = dg / sy
-    k1, k2, k3 = 1.0 / (1.0 + k.l1 * mu), 1.0 / (1.0 + k.l2 * mu), 1.0 / (1.0 + k.l3 * mu)
+def relaxed(dg, sy, k):
+    """k_i of all modes after dg more of equivalent plastic strain, with one quotient, that of `sy` over what it returns
+    last: k_i = s_y/(s_y + l_i dg)."""
+    d1, d2, d3 = sy + k.l1 * dg, sy + k.l2 * dg, sy + k.l3 * dg
+    d23 = d2 * d3
+    return d23, d1 * d3, d1 * d2, d1 * d23
+
+
+@njit(**FUSED_POINT)
+def excess(q1, q2, q3, dg, sy, rise, run, k):
+    """sigma_eq - s_y after dg more of equivalent plastic strain, and Newton's step from there. The slope of s_y is
+    rise/run."""
+    k1, k2, k3, all_three = relaxed(dg, sy, k)
+    over = sy / all_three
+    k1, k2, k3 = k1 * over, k2 * over, k3 * over
     w1, w2, w3 = q1 * k1 * k1, q2 * k2 * k2, q3 * k3 * k3
     square = w1 + w2 + w3
-    f = sqrt(square) - sy
-    fall = (w1 * k1 * k.l1 + w2 * k2 * k.l2 + w3 * k3 * k.l3) / square
-    return f, f / (fall * (1.0 - mu * slope) + slope)
+    f, fall = sqrt(square) - sy, w1 * k1 * k.l1 + w2 * k2 * k.l2 + w3 * k3 * k.l3
+    square *= sy
+    return f, f * square * run / (fall * (sy * run - dg * rise) + rise * square)
 
 
 @njit(**FUSED, error_model="numpy")
@@ -103,20 +114,26 @@ def sweep_block(w, n, k, table):
     which OPEN marks."""
     left = n
     for _ in range(N_SWEEPS):
+        # The curve's pieces; late sweeps stay on those they have.
+        moved = 0
         for p in range(n):
-            w[Y + p], w[PLACE + p] = place_of(w[EP + p] + w[DG + p])
-        for p in range(n):
-            i = int(w[PLACE + p]) if w[PLACE + p] < N_KNOTS - 1.0 else N_KNOTS - 1
-            w[PLACE + p] -= i
-            w[A0 + p], w[A1 + p], w[A2 + p], w[A3 + p] = table[i, 0], table[i, 1], table[i, 2], table[i, 3]
+            y, place = place_of(w[EP + p] + w[DG + p])
+            row = float(int(place)) if place < N_KNOTS - 1.0 else N_KNOTS - 1.0
+            moved += 1 if row != w[ROW + p] else 0
+            w[Y + p], w[PLACE + p], w[ROW + p] = y, place - row, row
+        if moved > 0:
+            for p in range(n):
+                i = int(w[ROW + p])
+                w[A0 + p], w[A1 + p], w[A2 + p], w[A3 + p] = table[i, 0], table[i, 1], table[i, 2], table[i, 3]
         left = 0
         for p in range(n):
             dg, open_ = w[DG + p], w[OPEN + p]
-            sy, slope = piece(w[Y + p], w[PLACE + p], w[A0 + p], w[A1 + p], w[A2 + p], w[A3 + p])
-            f, step = excess(w[Q1 + p], w[Q2 + p], w[Q3 + p], dg, sy, slope, k)
+            sy, rise, run = piece(w[Y + p], w[PLACE + p], w[A0 + p], w[A1 + p], w[A2 + p], w[A3 + p])
+            f, step = excess(w[Q1 + p], w[Q2 + p], w[Q3 + p], dg, sy, rise, run, k)
             elastic = (dg == 0.0) & (f <= YIELDS * sy)
             step = 0.0 if elastic else step
             moves = open_ > 0.0
+            slope = rise / run
             w[DG + p] = dg + step if moves else dg
             w[SY + p] = sy + slope * step if moves else w[SY + p]
             w[SLOPE + p] = slope if moves else w[SLOPE + p]
@@ -151,7 +168,7 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
         factor, factor_slope = rate_factor(dg, rate)
         slope = slope * factor + sy * factor_slope
         sy *= factor
-        f, step = excess(q1, q2, q3, dg, sy, slope, k)
+        f, step = excess(q1, q2, q3, dg, sy, slope, 1.0, k)
         if f > 0.0:
             low = dg
         else:
@@ -172,48 +189,46 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
 
 
 @njit(**FUSED, error_model="numpy")
-def begin_block(w, hp_old, ep_old, k):
-    """Fills the trial state of a block."""
-    for p in range(ep_old.shape[0]):
-        e1, e2, e3 = w[H1 + p] - hp_old[p, 0], w[H2 + p] - hp_old[p, 1], w[H3 + p] - hp_old[p, 2]
+def begin_block(w, n, hp_old, ep_old, k):
+    """Fills the trial state of a block. hp_old : (3 n,); ep_old : (n,)"""
+    for p in range(n):
+        e1, e2, e3 = w[H1 + p] - hp_old[3 * p], w[H2 + p] - hp_old[3 * p + 1], w[H3 + p] - hp_old[3 * p + 2]
         x1, x2, x3 = k.v11 * e1 + k.v21 * e2, k.v12 * e1 + k.v22 * e2, k.v33 * e3
         w[X1 + p], w[X2 + p], w[X3 + p] = x1, x2, x3
         w[Q1 + p], w[Q2 + p], w[Q3 + p] = k.l1 * x1 * x1, k.l2 * x2 * x2, k.l3 * x3 * x3
-        w[EP + p], w[DG + p], w[OPEN + p] = ep_old[p], 0.0, 1.0
+        w[EP + p], w[DG + p], w[OPEN + p], w[ROW + p] = ep_old[p], 0.0, 1.0, -1.0
 
 
 @njit(**FUSED, error_model="numpy")
-def end_block(w, hp_old, k, strain, hp, ep, stress, thickness_strain):
-    """Fills T and the outputs of a block, from the solution of its equations."""
-    n = ep.shape[0]
+def end_block(w, n, hp_old, k, strain, hp, ep, stress, thickness_strain):
+    """Fills T and the outputs of a block, from the solution of its equations. hp_old, strain, hp, stress : (3 n,)"""
     for p in range(n):
-        mu = w[DG + p] / w[SY + p]
-        x1, x2, x3 = (
-            w[X1 + p] / (1.0 + mu * k.l1),
-            w[X2 + p] / (1.0 + mu * k.l2),
-            w[X3 + p] / (1.0 + mu * k.l3),
-        )
-        w[X1 + p], w[X2 + p], w[X3 + p] = x1, x2, x3
+        sy, dg = w[SY + p], w[DG + p]
+        k1, k2, k3, all_three = relaxed(dg, sy, k)
+        over = 1.0 / (sy * all_three)
+        mu, over = dg * all_three * over, sy * sy * over
+        x1, x2, x3 = w[X1 + p] * (k1 * over), w[X2 + p] * (k2 * over), w[X3 + p] * (k3 * over)
+        w[X1 + p], w[X2 + p], w[X3 + p], w[MU + p] = x1, x2, x3, mu
         w[T1 + p], w[T2 + p], w[T3 + p] = k.v11 * x1 + k.v12 * x2, k.v21 * x1 + k.v22 * x2, k.v33 * x3
-        ep[p] = w[EP + p] + w[DG + p]
+        ep[p] = w[EP + p] + dg
     # One array at a time: the compiler gives up where it has to tell many apart.
     for p in range(n):
-        strain[p, 0], strain[p, 1], strain[p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
+        strain[3 * p], strain[3 * p + 1], strain[3 * p + 2] = w[H1 + p], w[H2 + p], w[H3 + p]
     for p in range(n):
-        stress[p, 0], stress[p, 1], stress[p, 2] = w[T1 + p], w[T2 + p], w[T3 + p]
+        stress[3 * p], stress[3 * p + 1], stress[3 * p + 2] = w[T1 + p], w[T2 + p], w[T3 + p]
     for p in range(n):
-        mu, t1, t2, t3 = w[DG + p] / w[SY + p], w[T1 + p], w[T2 + p], w[T3 + p]
-        hp1, hp2 = hp_old[p, 0] + mu * (k.p11 * t1 + k.p12 * t2), hp_old[p, 1] + mu * (k.p12 * t1 + k.p22 * t2)
-        hp[p, 0], hp[p, 1], hp[p, 2] = hp1, hp2, hp_old[p, 2] + mu * k.p33 * t3
+        mu, t1, t2, t3 = w[MU + p], w[T1 + p], w[T2 + p], w[T3 + p]
+        hp1, hp2 = hp_old[3 * p] + mu * (k.p11 * t1 + k.p12 * t2), hp_old[3 * p + 1] + mu * (k.p12 * t1 + k.p22 * t2)
+        hp[3 * p], hp[3 * p + 1], hp[3 * p + 2] = hp1, hp2, hp_old[3 * p + 2] + mu * k.p33 * t3
     for p in range(n):
-        thickness_strain[p] = -k.nu / k.young * (w[T1 + p] + w[T2 + p]) - hp[p, 0] - hp[p, 1]
+        thickness_strain[p] = -k.nu / k.young * (w[T1 + p] + w[T2 + p]) - hp[3 * p] - hp[3 * p + 1]
 
 
 @njit(**FUSED, error_model="numpy")
 def stiffen_block(w, n, k):
     """Fills C of a block: Xi = (De^-1 + mu P)^-1 less the flow."""
     for p in range(n):
-        sy, slope, mu = w[SY + p], w[SLOPE + p], w[DG + p] / w[SY + p]
+        sy, slope, mu = w[SY + p], w[SLOPE + p], w[MU + p]
         k1, k2, k3 = 1.0 / (1.0 + mu * k.l1), 1.0 / (1.0 + mu * k.l2), 1.0 / (1.0 + mu * k.l3)
         n1, n2, n3 = k.l1 * w[X1 + p] / sy, k.l2 * w[X2 + p] / sy, k.l3 * w[X3 + p] / sy
         m1, m2, m3 = k1 * n1, k2 * n2, k3 * n3
@@ -237,19 +252,20 @@ def update_quadratic(metric, hp_old, ep_old, k, table, rate, s, ds_dc, strain, h
     [E11, E22, 2 E12], left out where ds_dc is empty; strain H (p, 3); hp (p, 3); ep (p,); stress T (p, 3),
     conjugate to H; thickness_strain (p,) H33
     """
-    for block in prange(n_blocks(metric.shape[0])):
-        a = block * BLOCK
-        e = min(a + BLOCK, metric.shape[0])
-        n, w = e - a, np.empty(FIELDS * BLOCK)
-        block_strains(metric[a:e], w)
-        begin_block(w, hp_old[a:e], ep_old[a:e], k)
+    n_points, metric, hp_old, s = metric.shape[0], metric.reshape(-1), hp_old.reshape(-1), s.reshape(-1)
+    strain, hp, stress = strain.reshape(-1), hp.reshape(-1), stress.reshape(-1)
+    for block in prange(n_blocks(n_points)):
+        a, w = block * BLOCK, np.empty(FIELDS * BLOCK)
+        a3, n = 3 * a, min(BLOCK, n_points - a)
+        block_strains(n, metric[a3:], w)
+        begin_block(w, n, hp_old[a3:], ep_old[a:], k)
         if rate.inverse_dt > 0.0 or sweep_block(w, n, k, table) > 0:
             for p in range(n):
                 if w[OPEN + p] > 0.0:
                     w[DG + p], w[SY + p], w[SLOPE + p] = plastic_increment(
                         w[Q1 + p], w[Q2 + p], w[Q3 + p], w[EP + p], k, table, rate
                     )
-        end_block(w, hp_old[a:e], k, strain[a:e], hp[a:e], ep[a:e], stress[a:e], thickness_strain[a:e])
+        end_block(w, n, hp_old[a3:], k, strain[a3:], hp[a3:], ep[a:], stress[a3:], thickness_strain[a:])
         if ds_dc.shape[0] > 0:
             stiffen_block(w, n, k)
-        block_pull_back(w, s[a:e], ds_dc[a:e])
+        block_pull_back(n, w, s[a3:], ds_dc[a:])

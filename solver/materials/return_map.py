@@ -321,13 +321,14 @@ def update_general(
 
     A point whose return map finds no solution gets NaN.
     """
-    for block in prange(n_blocks(metric.shape[0])):
+    n_points, metric, s = metric.shape[0], metric.reshape(-1), s.reshape(-1)
+    for block in prange(n_blocks(n_points)):
         a = block * BLOCK
-        e = min(a + BLOCK, metric.shape[0])
+        e = min(a + BLOCK, n_points)
         w = np.empty(SHARED * BLOCK)
-        block_strains(metric[a:e], w)
+        block_strains(e - a, metric[3 * a :], w)
         return_block(
             w, hp_old[a:e], ep_old[a:e], past[a:e], shape, hardening, rate, elastic, strain[a:e], hp[a:e], ep[a:e],
             now[a:e], stress[a:e], thickness_strain[a:e], ds_dc.shape[0] > 0,
         )  # fmt: skip
-        block_pull_back(w, s[a:e], ds_dc[a:e])
+        block_pull_back(e - a, w, s[3 * a :], ds_dc[a:])
