@@ -14,6 +14,7 @@ from .patches import build_patches
 from .section import layer_metrics, resultants, third_forms
 from .shell import shell_forces, shell_strains
 from .shell_stiffness import shell_stiffnesses
+from .triangle_block import build_blocks
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,7 @@ class ShellElements:
     def __init__(self, mesh, n_layers):
         self.triangles = build_membranes(mesh.points, mesh.cells, mesh.thickness, mesh.rolling)
         self.patches = build_patches(mesh.points, self.triangles, mesh.size, mesh.planes, mesh.clamped)
+        self.blocks = build_blocks(self.triangles.gradients, self.patches)
         self.slots, self.n_slopes = self.patches.slots, self.patches.n_slopes
         self.thickness = float(mesh.thickness)
         place, weight = np.polynomial.legendre.leggauss(n_layers)
@@ -148,14 +150,11 @@ class ShellElements:
 
     def forces(self, sheet, slot_force):
         """Fill the forces of every slot (m, 9, 3) [N]."""
-        t, p = self.triangles, self.patches
         resultants(
             sheet.second_stress, self.curvature, self.inverse, self.height, self.weight, self.stretch, self.thickness,
             self.resultants,
         )  # fmt: skip
-        shell_forces(
-            sheet.u, p.slots, t.gradients, t.area, p.beyond, p.lever, p.image, p.planes, self.resultants, slot_force
-        )  # fmt: skip
+        shell_forces(sheet.u, self.blocks, self.triangles.area, self.resultants, slot_force)
 
     def stiffness(self, sheet, stiffness):
         """Fill the stiffness of every triangle (m, 21, 21) [N/mm], of the state whose forces were asked for last."""
@@ -201,10 +200,7 @@ class ShellElements:
         return np.exp(sheet.thickness_strain.reshape(-1, len(self.weight)) @ self.weight)
 
     def _kinematics(self, u):
-        p = self.patches
-        shell_strains(
-            u, p.slots, self.triangles.gradients, p.beyond, p.lever, p.image, p.planes, self.metric, self.curvature
-        )  # fmt: skip
+        shell_strains(u, self.blocks, self.metric, self.curvature)
 
 
 def inverse_metric(metric):

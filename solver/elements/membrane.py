@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from ..kernels import POINT
+from ..kernels import FUSED_POINT, POINT
+from .vectors import dot, minus, plus, scaled
 
 
 class Membranes(NamedTuple):
@@ -64,15 +65,28 @@ def tangent_vectors(x, nodes, g, a):
             a[b, c] = x[nodes[0], c] * g[0, b] + x[nodes[1], c] * g[1, b] + x[nodes[2], c] * g[2, b]
 
 
+@njit(**FUSED_POINT)
+def tangents(x, cells, g, tri):
+    """a_1 and a_2 of one triangle. x (3 n,), cells (3 m,), g (6 m,): flat, so that the compiler knows their strides"""
+    i, j, k, q = 3 * cells[3 * tri], 3 * cells[3 * tri + 1], 3 * cells[3 * tri + 2], 6 * tri
+    x0 = x[i], x[i + 1], x[i + 2]
+    e1, e2 = minus((x[j], x[j + 1], x[j + 2]), x0), minus((x[k], x[k + 1], x[k + 2]), x0)
+    return plus(scaled(g[q + 2], e1), g[q + 4], e2), plus(scaled(g[q + 3], e1), g[q + 5], e2)
+
+
 @njit(parallel=True, cache=True)
 def metrics(x, cells, gradients, metric):
     """Fills metric (m, 3) = C11, C22, C12 from current positions x (n, 3)."""
-    for tri in prange(cells.shape[0]):
-        a = np.empty((2, 3))
-        tangent_vectors(x, cells[tri], gradients[tri], a)
-        metric[tri, 0] = a[0, 0] ** 2 + a[0, 1] ** 2 + a[0, 2] ** 2
-        metric[tri, 1] = a[1, 0] ** 2 + a[1, 1] ** 2 + a[1, 2] ** 2
-        metric[tri, 2] = a[0, 0] * a[1, 0] + a[0, 1] * a[1, 1] + a[0, 2] * a[1, 2]
+    n_tris, x, cells, g, metric = (
+        len(cells),
+        x.reshape(-1),
+        cells.reshape(-1),
+        gradients.reshape(-1),
+        metric.reshape(-1),
+    )
+    for tri in prange(n_tris):
+        a1, a2 = tangents(x, cells, g, tri)
+        metric[3 * tri], metric[3 * tri + 1], metric[3 * tri + 2] = dot(a1, a1), dot(a2, a2), dot(a1, a2)
 
 
 @njit(parallel=True, cache=True)
@@ -95,19 +109,18 @@ def internal_forces(x, cells, gradients, volume, s, normal, torsion, force):
 
     x : (n, 3); s : (m, 3); normal : (m, 3), fixed over the increment; torsion : T* [MPa]
     """
-    for tri in prange(cells.shape[0]):
-        a = np.empty((2, 3))
-        g = gradients[tri]
-        nodes = cells[tri]
-        tangent_vectors(x, nodes, g, a)
-        rot1 = normal[tri, 0] * a[0, 0] + normal[tri, 1] * a[0, 1] + normal[tri, 2] * a[0, 2]
-        rot2 = normal[tri, 0] * a[1, 0] + normal[tri, 1] * a[1, 1] + normal[tri, 2] * a[1, 2]
-        for i in range(3):
-            w1 = s[tri, 0] * g[i, 0] + s[tri, 2] * g[i, 1]
-            w2 = s[tri, 2] * g[i, 0] + s[tri, 1] * g[i, 1]
-            lift = torsion * (g[i, 0] * rot1 + g[i, 1] * rot2)
-            for c in range(3):
-                force[tri, i, c] = volume[tri] * (w1 * a[0, c] + w2 * a[1, c] + lift * normal[tri, c])
+    n_tris, x, cells, g, s = len(cells), x.reshape(-1), cells.reshape(-1), gradients.reshape(-1), s.reshape(-1)
+    normal, force = normal.reshape(-1), force.reshape(-1)
+    for tri in prange(n_tris):
+        i, j, k, size = 3 * tri, 3 * tri + 1, 3 * tri + 2, volume[tri]
+        a1, a2 = tangents(x, cells, g, tri)
+        n = normal[i], normal[j], normal[k]
+        rot1, rot2 = torsion * dot(n, a1), torsion * dot(n, a2)
+        on_a1 = scaled(size, plus(plus(scaled(s[i], a1), s[k], a2), rot1, n))
+        on_a2 = scaled(size, plus(plus(scaled(s[k], a1), s[j], a2), rot2, n))
+        for node in range(3):
+            q, to = 6 * tri + 2 * node, 9 * tri + 3 * node
+            force[to], force[to + 1], force[to + 2] = plus(scaled(g[q], on_a1), g[q + 1], on_a2)
 
 
 @njit(parallel=True, cache=True)

@@ -20,127 +20,157 @@ which grows with any fold; with sin(theta)/2 the moment would vanish as the fold
 With y = (dd - d^b da_b) and nu_b = n.da_b the turn varies by dt = (n + t a^l).y/F + t^2 A^bc l_b nu_c.
 """
 
-from math import sqrt
-
+import numpy as np
 from numba import njit, prange
 
-from ..kernels import POINT
-from .patches import SHARED
-from .vectors import cross, dot, minus, plus, scaled
+from ..kernels import FUSED
+from .triangle_block import (
+    A1,
+    A2,
+    B1,
+    B2,
+    BLOCK,
+    INVERSE,
+    L1,
+    L2,
+    LEVER,
+    NORMAL,
+    OVER_RHO,
+    REACH,
+    SHARED_FIELDS,
+    SIDE,
+    SLOPE,
+    C,
+    apex_offset,
+    block_across,
+    block_frames,
+    block_reflect,
+    put,
+    vector,
+)
+from .vectors import dot, plus, scaled
 
-
-@njit(**POINT)
-def place(u, node):
-    """Place of a node."""
-    return u[node, 0], u[node, 1], u[node, 2]
-
-
-@njit(**POINT)
-def mirrored(x, planes, image):
-    """Reflection of x at a plane."""
-    normal = planes[image, 0], planes[image, 1], planes[image, 2]
-    return plus(x, 2.0 * (planes[image, 3] - dot(normal, x)), normal)
-
-
-@njit(**POINT)
-def tangent_vectors(u, slots, linear, tri):
-    """Nodes x0, x1 - x0, x2 - x0 of a triangle, and a_1, a_2."""
-    x0 = place(u, slots[tri, 0])
-    e1, e2 = minus(place(u, slots[tri, 1]), x0), minus(place(u, slots[tri, 2]), x0)
-    a1 = plus(scaled(linear[tri, 1, 0], e1), linear[tri, 2, 0], e2)
-    a2 = plus(scaled(linear[tri, 1, 1], e1), linear[tri, 2, 1], e2)
-    return x0, e1, e2, a1, a2
-
-
-@njit(**POINT)
-def inverse_and_normal(a1, a2):
-    """A11, A22, A12 of the inverse metric, and the unit normal."""
-    across = cross(a1, a2)
-    d = 1.0 / dot(across, across)
-    return dot(a2, a2) * d, dot(a1, a1) * d, -dot(a1, a2) * d, scaled(sqrt(d), across)
-
-
-@njit(**POINT)
-def apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2):
-    """d of side i: of the apex across, from where the triangle goes on."""
-    x = place(u, slots[tri, 3 + i])
-    if image[tri, i] >= 0:
-        x = mirrored(x, planes, image[tri, i])
-    return plus(plus(minus(x, x0), -beyond[tri, i, 1], e1), -beyond[tri, i, 2], e2)
+METRIC, KAPPA = (BLOCK * i for i in (SHARED_FIELDS, SHARED_FIELDS + 3))
+FORCE, MOMENT, ON_A1, ON_A2, ON_0, ON_1, ON_2, ON_D, ON_SLOPE = (
+    BLOCK * i for i in range(SHARED_FIELDS, SHARED_FIELDS + 27, 3)
+)
+STRAIN_FIELDS, FORCE_FIELDS = SHARED_FIELDS + 6, SHARED_FIELDS + 25
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
-def shell_strains(u, slots, linear, beyond, lever, image, planes, metric, kappa):
+def shell_strains(u, blocks, metric, kappa):
     """Mean metric and curvature of every triangle.
 
-    u : (n + k, 3) node places, then edge slopes in the first column; the operators are those of `Patches`
+    u : (n + k, 3) node places, then edge slopes in the first column; blocks : TriangleBlocks
     fills metric (m, 3) = C11 C22 C12 and kappa (m, 3) = [11, 22, 2*12] [1/mm]
     """
-    for tri in prange(slots.shape[0]):
-        x0, e1, e2, a1, a2 = tangent_vectors(u, slots, linear, tri)
-        i11, i22, i12, n = inverse_and_normal(a1, a2)
-        m11, m22, m12 = dot(a1, a1), dot(a2, a2), dot(a1, a2)
-        k11 = k22 = k12 = 0.0
-        for i in range(3):
-            l1, l2, turn = linear[tri, i, 0], linear[tri, i, 1], 0.0
-            if slots[tri, 3 + i] >= 0:
-                d, rho = apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2), -beyond[tri, i, i]
-                d1, d2, dd = dot(d, a1), dot(d, a2), dot(d, d) / rho
-                c = SHARED / (1.0 + rho)
-                m11 += c * l1 * (l1 * dd - 2.0 * d1)
-                m22 += c * l2 * (l2 * dd - 2.0 * d2)
-                m12 += c * (l1 * l2 * dd - l1 * d2 - l2 * d1)
-                turn = dot(d, n) / (1.0 + rho - l1 * (i11 * d1 + i12 * d2) - l2 * (i12 * d1 + i22 * d2))
-            slope = slots[tri, 6 + i]
-            if slope >= 0:
-                turn += lever[tri, i] * u[slope, 0]
-            k11 -= 2.0 * l1 * l1 * turn
-            k22 -= 2.0 * l2 * l2 * turn
-            k12 -= 4.0 * l1 * l2 * turn
-        metric[tri, 0], metric[tri, 1], metric[tri, 2] = m11, m22, m12
-        kappa[tri, 0], kappa[tri, 1], kappa[tri, 2] = k11, k22, k12
+    n_tris, u, metric, kappa = metric.shape[0], u.reshape(-1), metric.reshape(-1), kappa.reshape(-1)
+    for block in prange(blocks.sides.shape[0]):
+        a, w = BLOCK * block, np.empty(STRAIN_FIELDS * BLOCK)
+        n = min(BLOCK, n_tris - a)
+        block_frames(n, block, u, blocks, w)
+        block_strains(n, block, u, blocks, w, metric[3 * a :], kappa[3 * a :])
+
+
+@njit(**FUSED, error_model="numpy")
+def block_strains(n, block, u, blocks, w, metric, kappa):
+    """Fills metric and kappa (3 n,) of a block."""
+    for p in range(n):
+        a1, a2 = vector(w, A1, p), vector(w, A2, p)
+        put(w, METRIC, p, (dot(a1, a1), dot(a2, a2), dot(a1, a2)))
+        put(w, KAPPA, p, (0.0, 0.0, 0.0))
+    for i in range(3):
+        block_across(n, block, u, blocks, i, w)
+        side = blocks.sides[block][SIDE * i :]
+        for p in range(n):
+            d = apex_offset(w, p, side[B1 + p], side[B2 + p])
+            a1, a2, normal = vector(w, A1, p), vector(w, A2, p), vector(w, NORMAL, p)
+            l1, l2, (i11, i22, i12) = side[L1 + p], side[L2 + p], vector(w, INVERSE, p)
+            d1, d2, dd, c = dot(d, a1), dot(d, a2), dot(d, d) * side[OVER_RHO + p], side[C + p]
+            m11, m22, m12 = vector(w, METRIC, p)
+            m11 += c * l1 * (l1 * dd - 2.0 * d1)
+            m22 += c * l2 * (l2 * dd - 2.0 * d2)
+            m12 += c * (l1 * l2 * dd - l1 * d2 - l2 * d1)
+            put(w, METRIC, p, (m11, m22, m12))
+            fold = side[REACH + p] - l1 * (i11 * d1 + i12 * d2) - l2 * (i12 * d1 + i22 * d2)
+            turn = dot(d, normal) / fold + side[LEVER + p] * w[SLOPE + p]
+            put(w, KAPPA, p, plus(vector(w, KAPPA, p), -2.0 * turn, (l1 * l1, l2 * l2, 2.0 * l1 * l2)))
+    for p in range(n):
+        metric[3 * p], metric[3 * p + 1], metric[3 * p + 2] = vector(w, METRIC, p)
+    for p in range(n):
+        kappa[3 * p], kappa[3 * p + 1], kappa[3 * p + 2] = vector(w, KAPPA, p)
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
-def shell_forces(u, slots, linear, area, beyond, lever, image, planes, result, force):
+def shell_forces(u, blocks, area, result, force):
     """Fills force (m, 9, 3): forces of every triangle on its slots [N]; of an edge slope the first column.
 
     result : (m, 6) resultants N, M. With m = -2 M_ab l_a l_b of a side, the force on its d is
     -c N_ab l_a g_b + m (n + t a^l)/F, and on a_b N_ab (a_a - sum c l_a d) + m (t^2 A^bc l_c n - d^b (n + t a^l)/F).
     """
-    for tri in prange(slots.shape[0]):
-        x0, e1, e2, a1, a2 = tangent_vectors(u, slots, linear, tri)
-        i11, i22, i12, n = inverse_and_normal(a1, a2)
-        size = area[tri]
-        n11, n22, n12 = size * result[tri, 0], size * result[tri, 1], size * result[tri, 2]
-        m11, m22, m12 = -2.0 * size * result[tri, 3], -2.0 * size * result[tri, 4], -4.0 * size * result[tri, 5]
-        h1, h2 = plus(scaled(n11, a1), n12, a2), plus(scaled(n12, a1), n22, a2)
-        f0 = f1 = f2 = (0.0, 0.0, 0.0)
-        for i in range(3):
-            l1, l2 = linear[tri, i, 0], linear[tri, i, 1]
-            m, on_d = m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2, (0.0, 0.0, 0.0)
-            if slots[tri, 3 + i] >= 0:
-                d, rho = apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2), -beyond[tri, i, i]
-                low1, low2 = dot(d, a1), dot(d, a2)
-                d1, d2 = i11 * low1 + i12 * low2, i12 * low1 + i22 * low2
-                up1, up2 = i11 * l1 + i12 * l2, i12 * l1 + i22 * l2
-                c, below = SHARED / (1.0 + rho), 1.0 / (1.0 + rho - l1 * d1 - l2 * d2)
-                p1, p2, t = c * (n11 * l1 + n12 * l2), c * (n12 * l1 + n22 * l2), dot(d, n) * below
-                bend = scaled(m * below, plus(plus(n, t * up1, a1), t * up2, a2))
-                on_d = plus(plus(plus(bend, -p1, a1), -p2, a2), (p1 * l1 + p2 * l2) / rho, d)
-                h1 = plus(plus(plus(h1, -p1, d), m * t * t * up1, n), -d1, bend)
-                h2 = plus(plus(plus(h2, -p2, d), m * t * t * up2, n), -d2, bend)
-                f0 = plus(f0, -beyond[tri, i, 0], on_d)
-                f1 = plus(f1, -beyond[tri, i, 1], on_d)
-                f2 = plus(f2, -beyond[tri, i, 2], on_d)
-                if image[tri, i] >= 0:
-                    normal = planes[image[tri, i], 0], planes[image[tri, i], 1], planes[image[tri, i], 2]
-                    on_d = plus(on_d, -2.0 * dot(normal, on_d), normal)
-            force[tri, 3 + i, 0], force[tri, 3 + i, 1], force[tri, 3 + i, 2] = on_d
-            force[tri, 6 + i, 0], force[tri, 6 + i, 1], force[tri, 6 + i, 2] = m * lever[tri, i], 0.0, 0.0
-        f0 = plus(plus(f0, linear[tri, 0, 0], h1), linear[tri, 0, 1], h2)
-        f1 = plus(plus(f1, linear[tri, 1, 0], h1), linear[tri, 1, 1], h2)
-        f2 = plus(plus(f2, linear[tri, 2, 0], h1), linear[tri, 2, 1], h2)
-        force[tri, 0, 0], force[tri, 0, 1], force[tri, 0, 2] = f0
-        force[tri, 1, 0], force[tri, 1, 1], force[tri, 1, 2] = f1
-        force[tri, 2, 0], force[tri, 2, 1], force[tri, 2, 2] = f2
+    n_tris, u, result, force = area.shape[0], u.reshape(-1), result.reshape(-1), force.reshape(-1)
+    for block in prange(blocks.sides.shape[0]):
+        a, w = BLOCK * block, np.empty(FORCE_FIELDS * BLOCK)
+        n = min(BLOCK, n_tris - a)
+        block_frames(n, block, u, blocks, w)
+        block_forces(n, block, u, blocks, area[a:], result[6 * a :], w, force[27 * a :])
+
+
+@njit(**FUSED, error_model="numpy")
+def block_forces(n, block, u, blocks, area, result, w, force):
+    """Fills force (27 n,) of a block. area : (n,); result : (6 n,)"""
+    sides = blocks.sides[block]
+    for p in range(n):
+        size = area[p]
+        n11, n22, n12 = size * result[6 * p], size * result[6 * p + 1], size * result[6 * p + 2]
+        m11, m22, m12 = size * result[6 * p + 3], size * result[6 * p + 4], size * result[6 * p + 5]
+        put(w, FORCE, p, (n11, n22, n12))
+        put(w, MOMENT, p, (-2.0 * m11, -2.0 * m22, -4.0 * m12))
+    for p in range(n):
+        a1, a2, (n11, n22, n12) = vector(w, A1, p), vector(w, A2, p), vector(w, FORCE, p)
+        put(w, ON_A1, p, plus(scaled(n11, a1), n12, a2))
+        put(w, ON_A2, p, plus(scaled(n12, a1), n22, a2))
+        put(w, ON_0, p, (0.0, 0.0, 0.0))
+        put(w, ON_1, p, (0.0, 0.0, 0.0))
+        put(w, ON_2, p, (0.0, 0.0, 0.0))
+    for i in range(3):
+        block_across(n, block, u, blocks, i, w)
+        side = sides[SIDE * i :]
+        for p in range(n):
+            b1, b2 = side[B1 + p], side[B2 + p]
+            d, a1, a2, normal = apex_offset(w, p, b1, b2), vector(w, A1, p), vector(w, A2, p), vector(w, NORMAL, p)
+            l1, l2, (i11, i22, i12) = side[L1 + p], side[L2 + p], vector(w, INVERSE, p)
+            (n11, n22, n12), (m11, m22, m12) = vector(w, FORCE, p), vector(w, MOMENT, p)
+            low1, low2 = dot(d, a1), dot(d, a2)
+            d1, d2 = i11 * low1 + i12 * low2, i12 * low1 + i22 * low2
+            up1, up2 = i11 * l1 + i12 * l2, i12 * l1 + i22 * l2
+            c, below = side[C + p], 1.0 / (side[REACH + p] - l1 * d1 - l2 * d2)
+            m = m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2
+            p1, p2, t = c * (n11 * l1 + n12 * l2), c * (n12 * l1 + n22 * l2), dot(d, normal) * below
+            bend = scaled(m * below, plus(plus(normal, t * up1, a1), t * up2, a2))
+            on_d = plus(plus(bend, -p1, a1), -p2, a2)
+            on_d = plus(on_d, (p1 * l1 + p2 * l2) * side[OVER_RHO + p], d)
+            turned = m * t * t
+            on_a1, on_a2 = plus(vector(w, ON_A1, p), -p1, d), plus(vector(w, ON_A2, p), -p2, d)
+            put(w, ON_A1, p, plus(plus(on_a1, turned * up1, normal), -d1, bend))
+            put(w, ON_A2, p, plus(plus(on_a2, turned * up2, normal), -d2, bend))
+            put(w, ON_0, p, plus(vector(w, ON_0, p), b1 + b2 - 1.0, on_d))
+            put(w, ON_1, p, plus(vector(w, ON_1, p), -b1, on_d))
+            put(w, ON_2, p, plus(vector(w, ON_2, p), -b2, on_d))
+            put(w, ON_D, p, on_d)
+            w[ON_SLOPE + p] = m * side[LEVER + p]
+        block_reflect(block, blocks, i, ON_D, w)
+        for p in range(n):
+            q = 27 * p + 9 + 3 * i
+            force[q], force[q + 1], force[q + 2] = vector(w, ON_D, p)
+            force[q + 9], force[q + 10], force[q + 11] = w[ON_SLOPE + p], 0.0, 0.0
+    for p in range(n):
+        on_a1, on_a2 = vector(w, ON_A1, p), vector(w, ON_A2, p)
+        put(w, ON_0, p, plus(plus(vector(w, ON_0, p), sides[L1 + p], on_a1), sides[L2 + p], on_a2))
+        put(w, ON_1, p, plus(plus(vector(w, ON_1, p), sides[SIDE + L1 + p], on_a1), sides[SIDE + L2 + p], on_a2))
+        put(
+            w, ON_2, p, plus(plus(vector(w, ON_2, p), sides[2 * SIDE + L1 + p], on_a1), sides[2 * SIDE + L2 + p], on_a2)
+        )
+    for p in range(n):
+        for component in range(9):
+            force[27 * p + component] = w[ON_0 + BLOCK * component + p]

@@ -20,8 +20,7 @@ from numba import njit, prange
 from ..kernels import POINT
 from .patches import SHARED
 from .section import section_stiffness
-from .shell import apex_offset, inverse_and_normal, tangent_vectors
-from .vectors import dot, plus, scaled
+from .vectors import dot, inverse_and_normal, minus, plus, scaled
 
 NODES = 18  # unknowns: 3 translations of 6 patch nodes; 3 edge slopes follow
 CHUNK = 64  # triangles that share scratch arrays
@@ -38,6 +37,38 @@ class Scratch(NamedTuple):
     section: np.ndarray
     sides: np.ndarray
     power: np.ndarray
+
+
+@njit(**POINT)
+def place(u, node):
+    """Place of a node."""
+    return u[node, 0], u[node, 1], u[node, 2]
+
+
+@njit(**POINT)
+def mirrored(x, planes, image):
+    """Reflection of x at a plane."""
+    normal = planes[image, 0], planes[image, 1], planes[image, 2]
+    return plus(x, 2.0 * (planes[image, 3] - dot(normal, x)), normal)
+
+
+@njit(**POINT)
+def tangent_vectors(u, slots, linear, tri):
+    """Nodes x0, x1 - x0, x2 - x0 of a triangle, and a_1, a_2."""
+    x0 = place(u, slots[tri, 0])
+    e1, e2 = minus(place(u, slots[tri, 1]), x0), minus(place(u, slots[tri, 2]), x0)
+    a1 = plus(scaled(linear[tri, 1, 0], e1), linear[tri, 2, 0], e2)
+    a2 = plus(scaled(linear[tri, 1, 1], e1), linear[tri, 2, 1], e2)
+    return x0, e1, e2, a1, a2
+
+
+@njit(**POINT)
+def apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2):
+    """d of side i: of the apex across, from where the triangle goes on."""
+    x = place(u, slots[tri, 3 + i])
+    if image[tri, i] >= 0:
+        x = mirrored(x, planes, image[tri, i])
+    return plus(plus(minus(x, x0), -beyond[tri, i, 1], e1), -beyond[tri, i, 2], e2)
 
 
 @njit(**POINT)

@@ -10,7 +10,8 @@ force is counted so, and no term of the balance is a remainder of the others. Su
 that they have the same bits on any number of threads.
 """
 
-import numpy as np
+from math import exp
+
 from numba import njit, prange
 
 CHUNK = 256
@@ -67,18 +68,21 @@ def through_thickness(stress, stress_new, strain, strain_new, plastic, weight, v
     The thickness is what it would be unloaded. Contact that followed the elastic part, some 1e-4 of it, a step late,
     would let an edge pressed against a wall feed on its own waves.
     """
-    n_layers, m = weight.shape[0], thickness.shape[0]
+    n_layers, m, plastic = weight.shape[0], thickness.shape[0], plastic.reshape(-1)
+    stress, stress_new, strain, strain_new = (
+        stress.reshape(-1), stress_new.reshape(-1), strain.reshape(-1), strain_new.reshape(-1)
+    )  # fmt: skip
     for chunk in prange(sums.shape[0]):
         total = 0.0
         for tri in range(chunk * CHUNK, min((chunk + 1) * CHUNK, m)):
             mean = work = 0.0
             for layer in range(n_layers):
-                p = tri * n_layers + layer
-                mean -= weight[layer] * (plastic[p, 0] + plastic[p, 1])
-                density = (stress[p, 0] + stress_new[p, 0]) * (strain_new[p, 0] - strain[p, 0])
-                density += (stress[p, 1] + stress_new[p, 1]) * (strain_new[p, 1] - strain[p, 1])
-                density += (stress[p, 2] + stress_new[p, 2]) * (strain_new[p, 2] - strain[p, 2])
-                work += weight[layer] * density
-            thickness[tri] = initial * np.exp(mean)
+                w, i = weight[layer], 3 * (tri * n_layers + layer)
+                j, k = i + 1, i + 2
+                mean -= w * (plastic[i] + plastic[j])
+                density = (stress[i] + stress_new[i]) * (strain_new[i] - strain[i])
+                density += (stress[j] + stress_new[j]) * (strain_new[j] - strain[j])
+                work += w * (density + (stress[k] + stress_new[k]) * (strain_new[k] - strain[k]))
+            thickness[tri] = initial * exp(mean)
             total += 0.5 * volume[tri] * work
         sums[chunk] = total
