@@ -4,8 +4,8 @@ A block is up to `BLOCK` points. What passes hand on lies in one flat array w, f
 point p. The loops call nothing that is not inlined and look nothing up; the rare point that needs more is done by
 itself between two of them. One array, because between two the compiler would have to rule out overlap. Arrays of the
 sheet come flat, 3 p + c for component c of point p: of rows (n, 3) the compiler does not know that they lie 3 apart,
-and keeps its vector code for rows that lie 1 apart. On 25,000 planar-Hill points of which most flow it was 40 ns a point
-so, 23 flat, and 390 point by point.
+and keeps its vector code for rows that lie 1 apart. On 25,000 planar-Hill points of which most flow rows took 40 ns a
+point, flat arrays 23.
 
 Symbols: H logarithmic strain [11, 22, 2*12]; G = dH/dE; T stress conjugate to H; C = dT/dH; LOG = ln det C; UU = u^2;
 HALF = 1/(2 m); F Phi and its derivatives; the rest as in `logarithmic_strain.py`.

@@ -87,8 +87,7 @@ def modes_of(matrix, young, nu):
 
 @njit(**FUSED_POINT)
 def relaxed(dg, sy, k):
-    """k_i of all modes after dg more of equivalent plastic strain, with one quotient, that of `sy` over what it returns
-    last: k_i = s_y/(s_y + l_i dg)."""
+    """k_i = 1/(1 + l_i dg/s_y) of the three modes, all times the fourth number and over s_y: one quotient for three."""
     d1, d2, d3 = sy + k.l1 * dg, sy + k.l2 * dg, sy + k.l3 * dg
     d23 = d2 * d3
     return d23, d1 * d3, d1 * d2, d1 * d23
