@@ -7,17 +7,21 @@ Across side i, x_q the apex; in the initial plane, unfolded, it is at sum_k b_ik
 rho_i = -b_ii is the altitude there relative to h_i. d_i = x_q - b_ik x_k is how far it is from where the triangle would
 go on to. Nothing else is needed of the neighbour, whose own tangent vectors are g_b = a_b - l_i,b d_i/rho_i.
 
-Metric C = w_0 a.a + sum_i w_i g^i.g^i, a weighted mean of the metrics of four flat triangles (`patches.py` on the
-weights). In the plane it is the mean of the mid-side strains of theory_shell.md 3 with a part of the triangle's own,
-but folding about the sides does not change it. (The metric of the mean gradient at a side is smaller than the mean of
-the two metrics by sin(theta/2)^2 where the surface turns by theta: coarse curved meshes locked.) With c_i = w_i/rho_i
-C_ab = a_a.a_b + sum_i c_i (l_a l_b d.d/rho - l_a d.a_b - l_b d.a_a).
+Metric C = OWN a.a + SHARED sum_i G^i.G^i, G^i = (a + rho g^i)/(1 + rho) the mean by areas of the two triangles' tangent
+vectors, the neighbour's turned about the side into this one's plane; a without a neighbour. In the plane these are the
+mid-side gradients of theory_shell.md 3, with a part of the triangle's own. Unfolded so, d is shorter, d.d - 2 rho s r
+with r = s/(2 rho - d.a^l) and s below; exact where the neighbour keeps its altitude. With c = SHARED/(1 + rho)
+C_ab = a_a.a_b + sum_i c (l_a l_b (d.d + 2 s r)/(1 + rho) - l_a d.a_b - l_b d.a_a).
+(Folded, the mean gradient is shorter by sin(theta/2)^2 where the surface turns by theta: coarse curved meshes locked.
+The mean of the two metrics does not fold, but exceeds the metric of the mean by the variance of the gradients. In
+compression that variance releases work, resisted by the mean alone: rims zigzagged, triangle by triangle.)
 
 Curvature k_ab = -2 sum_i l_i,a l_i,b t_i from the turns t_i of the sides, t = s/F, s = d.n,
 F = 1 + rho - d.a^l, a^l = l_b a^b. Where the surface turns by theta between two equal triangles t = h tan(theta/2),
 which grows with any fold; with sin(theta)/2 the moment would vanish as the fold closes. An edge slope phi adds h phi.
 
-With y = (dd - d^b da_b) and nu_b = n.da_b the turn varies by dt = (n + t a^l).y/F + t^2 A^bc l_b nu_c.
+With y = (dd - d^b da_b) and nu_b = n.da_b the turn varies by dt = (n + t a^l).y/F + t^2 A^bc l_b nu_c, and r as t does,
+with 2 rho - d.a^l for F; d(s r) = (2 r n + r^2 a^l).y + r^2 s A^bc l_b nu_c.
 """
 
 from math import sqrt
@@ -107,8 +111,9 @@ def shell_strains(u, slots, linear, beyond, lever, image, planes, metric, kappa)
 def shell_forces(u, slots, linear, area, beyond, lever, image, planes, result, force):
     """Fills force (m, 9, 3): forces of every triangle on its slots [N]; of an edge slope the first column.
 
-    result : (m, 6) resultants N, M. With m = -2 M_ab l_a l_b of a side, the force on its d is
-    -c N_ab l_a g_b + m (n + t a^l)/F, and on a_b N_ab (a_a - sum c l_a d) + m (t^2 A^bc l_c n - d^b (n + t a^l)/F).
+    result : (m, 6) resultants N, M. With m = -2 M_ab l_a l_b of a side, p = c N_ab l_a l_b/(1 + rho) and the tilting
+    q = m (n + t a^l)/F + p (2 r n + r^2 a^l) the force on its d is -c N_ab l_a a_b + p d + q, and on a_b
+    N_ab (a_a - sum c l_a d) + (m t^2 + p r^2 s) A^bc l_c n - d^b q.
     """
     for tri in prange(slots.shape[0]):
         x0, e1, e2, a1, a2 = tangent_vectors(u, slots, linear, tri)

@@ -1,13 +1,15 @@
 """Exact tangent of the shell triangle (theory_shell.md 5); symbols as in `shell.py`.
 
 Over the nodes its quadratic form is a sum of products of two rows, U_j V_j. Six U are the strains' variations,
-dE_11, dE_22, 2 dE_12 and the turns' dt_i, with V = D U. The second derivative of a turn brings six more: with
-y = dd - d^b da_b, nu_b = n.da_b, E^c_b = a^c.da_b, raised indices y^b = a^b.y, and l in place of an index that is
-summed with l_c,
+dE_11, dE_22, 2 dE_12 and the turns' dt_i, with V = D U. The second derivative of a turn brings six more, nu_b and
+E^c_b: with y = dd - d^b da_b, nu_b = n.da_b, E^c_b = a^c.da_b, raised indices y^b = a^b.y, and l in place of an index
+that is summed with l_c,
 
     F d2t = nu_b (-2 y^b - s A^bc nu_c + 2 t A^lb n.y - 2 t s (A^bc E^l_c + A^lc E^b_c)) - 2 t E^l_b y^b - 2 dt dF,
 
 dF = -y^l - s A^lb nu_b, which follows from n.n = 1 and n.a_c = 0: dn = -nu_c a^c, da^c = -E^c_b a^b + A^cb nu_b n.
+This is F d2t = d2s - t d2F - 2 dt dF. What unfolding takes from d.d has, with X = 2 rho - d.a^l and dX = dF,
+d2(s r) = 2 r d2s - r^2 d2F + 2 X dr^2: the same again, and three rows dr_i.
 Normal forces also turn with the triangles they act in, each component of the nodes alike. An edge slope only adds to
 its turn.
 """
@@ -104,11 +106,11 @@ def fill_rows(u, slots, linear, area, beyond, image, planes, result, tri, work):
         l1, l2 = linear[tri, i, 0], linear[tri, i, 1]
         d, rho = apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2), -beyond[tri, i, i]
         d1, d2, s = dot(d, up1), dot(d, up2), dot(d, n)
-        c, below, open_ = SHARED / (1.0 + rho), 1.0 / (1.0 + rho - l1 * d1 - l2 * d2), 2.0 * rho - l1 * d1 - l2 * d2
-        m, t, r = (m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2) * below, s * below, s / open_
+        c, below, x = SHARED / (1.0 + rho), 1.0 / (1.0 + rho - l1 * d1 - l2 * d2), 2.0 * rho - l1 * d1 - l2 * d2
+        m, t, r = (m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2) * below, s * below, s / x
         al1, al2 = i11 * l1 + i12 * l2, i12 * l1 + i22 * l2
         up = plus(scaled(l1, up1), l2, up2)
-        tip, nod = scaled(below, plus(n, t, up)), scaled(1.0 / open_, plus(n, r, up))
+        tip, nod = scaled(below, plus(n, t, up)), scaled(1.0 / x, plus(n, r, up))
         share = c / (1.0 + rho)
         g1, g2 = plus(scaled(-c, a1), share * l1, d), plus(scaled(-c, a2), share * l2, d)
         fold = plus(scaled(2.0 * share * r, n), share * r * r, up)
@@ -144,8 +146,8 @@ def fill_rows(u, slots, linear, area, beyond, image, planes, result, tri, work):
             add(right[3 + i], node, 2.0 * m * s * along, n)
             add(left[6 + i], node, w, nod)
             add(left[6 + i], node, r * r * along, n)
-            add(right[6 + i], node, 2.0 * p * open_ * w, nod)
-            add(right[6 + i], node, 2.0 * p * open_ * r * r * along, n)
+            add(right[6 + i], node, 2.0 * p * x * w, nod)
+            add(right[6 + i], node, 2.0 * p * x * r * r * along, n)
             add(right[9], node, w, push1)
             add(right[10], node, w, push2)
             add(right[11], node, -2.0 * on_f * l1 * w, up1)
