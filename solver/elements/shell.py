@@ -7,23 +7,28 @@ Across side i, x_q the apex; in the initial plane, unfolded, it is at sum_k b_ik
 rho_i = -b_ii is the altitude there relative to h_i. d_i = x_q - b_ik x_k is how far it is from where the triangle would
 go on to. Nothing else is needed of the neighbour, whose own tangent vectors are g_b = a_b - l_i,b d_i/rho_i.
 
-Metric C = w_0 a.a + sum_i w_i g^i.g^i, a weighted mean of the metrics of four flat triangles (`patches.py` on the
-weights). In the plane it is the mean of the mid-side strains of theory_shell.md 3 with a part of the triangle's own,
-but folding about the sides does not change it. (The metric of the mean gradient at a side is smaller than the mean of
-the two metrics by sin(theta/2)^2 where the surface turns by theta: coarse curved meshes locked.) With c_i = w_i/rho_i
-C_ab = a_a.a_b + sum_i c_i (l_a l_b d.d/rho - l_a d.a_b - l_b d.a_a).
+Metric C = OWN a.a + SHARED sum_i G^i.G^i, G^i = (a + rho g^i)/(1 + rho) the mean by areas of the two triangles' tangent
+vectors, the neighbour's turned about the side into this one's plane; a without a neighbour. In the plane these are the
+mid-side gradients of theory_shell.md 3, with a part of the triangle's own. Unfolded so, d is shorter, d.d - 2 rho s r
+with r = s/(2 rho - d.a^l) and s below; exact where the neighbour keeps its altitude. With c = SHARED/(1 + rho)
+C_ab = a_a.a_b + sum_i c (l_a l_b (d.d + 2 s r)/(1 + rho) - l_a d.a_b - l_b d.a_a).
+(Folded, the mean gradient is shorter by sin(theta/2)^2 where the surface turns by theta: coarse curved meshes locked.
+The mean of the two metrics does not fold, but exceeds the metric of the mean by the variance of the gradients. In
+compression that variance releases work, resisted by the mean alone: rims zigzagged, triangle by triangle.)
 
 Curvature k_ab = -2 sum_i l_i,a l_i,b t_i from the turns t_i of the sides, t = s/F, s = d.n,
 F = 1 + rho - d.a^l, a^l = l_b a^b. Where the surface turns by theta between two equal triangles t = h tan(theta/2),
 which grows with any fold; with sin(theta)/2 the moment would vanish as the fold closes. An edge slope phi adds h phi.
 
-With y = (dd - d^b da_b) and nu_b = n.da_b the turn varies by dt = (n + t a^l).y/F + t^2 A^bc l_b nu_c.
+With y = (dd - d^b da_b) and nu_b = n.da_b the turn varies by dt = (n + t a^l).y/F + t^2 A^bc l_b nu_c, and r as t does,
+with 2 rho - d.a^l for F; d(s r) = (2 r n + r^2 a^l).y + r^2 s A^bc l_b nu_c.
 """
 
 import numpy as np
 from numba import njit, prange
 
 from ..kernels import FUSED
+from .patches import SHARED
 from .triangle_block import (
     A1,
     A2,
@@ -35,12 +40,11 @@ from .triangle_block import (
     L2,
     LEVER,
     NORMAL,
-    OVER_RHO,
-    REACH,
+    OVER_REACH,
+    RHO,
     SHARED_FIELDS,
     SIDE,
     SLOPE,
-    C,
     apex_offset,
     block_across,
     block_frames,
@@ -86,14 +90,15 @@ def block_strains(n, block, u, blocks, w, metric, kappa):
             d = apex_offset(w, p, side[B1 + p], side[B2 + p])
             a1, a2, normal = vector(w, A1, p), vector(w, A2, p), vector(w, NORMAL, p)
             l1, l2, (i11, i22, i12) = side[L1 + p], side[L2 + p], vector(w, INVERSE, p)
-            d1, d2, dd, c = dot(d, a1), dot(d, a2), dot(d, d) * side[OVER_RHO + p], side[C + p]
+            d1, d2, s, over = dot(d, a1), dot(d, a2), dot(d, normal), side[OVER_REACH + p]
+            away = l1 * (i11 * d1 + i12 * d2) + l2 * (i12 * d1 + i22 * d2)
+            dd, c = over * (dot(d, d) + 2.0 * s * s / (2.0 * side[RHO + p] - away)), SHARED * over
             m11, m22, m12 = vector(w, METRIC, p)
             m11 += c * l1 * (l1 * dd - 2.0 * d1)
             m22 += c * l2 * (l2 * dd - 2.0 * d2)
             m12 += c * (l1 * l2 * dd - l1 * d2 - l2 * d1)
             put(w, METRIC, p, (m11, m22, m12))
-            fold = side[REACH + p] - l1 * (i11 * d1 + i12 * d2) - l2 * (i12 * d1 + i22 * d2)
-            turn = dot(d, normal) / fold + side[LEVER + p] * w[SLOPE + p]
+            turn = s / (1.0 + side[RHO + p] - away) + side[LEVER + p] * w[SLOPE + p]
             put(w, KAPPA, p, plus(vector(w, KAPPA, p), -2.0 * turn, (l1 * l1, l2 * l2, 2.0 * l1 * l2)))
     for p in range(n):
         metric[3 * p], metric[3 * p + 1], metric[3 * p + 2] = vector(w, METRIC, p)
@@ -105,8 +110,9 @@ def block_strains(n, block, u, blocks, w, metric, kappa):
 def shell_forces(u, blocks, area, result, force):
     """Fills force (m, 9, 3): forces of every triangle on its slots [N]; of an edge slope the first column.
 
-    result : (m, 6) resultants N, M. With m = -2 M_ab l_a l_b of a side, the force on its d is
-    -c N_ab l_a g_b + m (n + t a^l)/F, and on a_b N_ab (a_a - sum c l_a d) + m (t^2 A^bc l_c n - d^b (n + t a^l)/F).
+    result : (m, 6) resultants N, M. With m = -2 M_ab l_a l_b of a side, p = c N_ab l_a l_b/(1 + rho) and the tilting
+    q = m (n + t a^l)/F + p (2 r n + r^2 a^l) the force on its d is -c N_ab l_a a_b + p d + q, and on a_b
+    N_ab (a_a - sum c l_a d) + (m t^2 + p r^2 s) A^bc l_c n - d^b q.
     """
     n_tris, u, result, force = area.shape[0], u.reshape(-1), result.reshape(-1), force.reshape(-1)
     for block in prange(blocks.sides.shape[0]):
@@ -144,16 +150,18 @@ def block_forces(n, block, u, blocks, area, result, w, force):
             low1, low2 = dot(d, a1), dot(d, a2)
             d1, d2 = i11 * low1 + i12 * low2, i12 * low1 + i22 * low2
             up1, up2 = i11 * l1 + i12 * l2, i12 * l1 + i22 * l2
-            c, below = side[C + p], 1.0 / (side[REACH + p] - l1 * d1 - l2 * d2)
-            m = m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2
-            p1, p2, t = c * (n11 * l1 + n12 * l2), c * (n12 * l1 + n22 * l2), dot(d, normal) * below
-            bend = scaled(m * below, plus(plus(normal, t * up1, a1), t * up2, a2))
-            on_d = plus(plus(bend, -p1, a1), -p2, a2)
-            on_d = plus(on_d, (p1 * l1 + p2 * l2) * side[OVER_RHO + p], d)
-            turned = m * t * t
+            rho, over, s, away = side[RHO + p], side[OVER_REACH + p], dot(d, normal), l1 * d1 + l2 * d2
+            c, below, r = SHARED * over, 1.0 / (1.0 + rho - away), s / (2.0 * rho - away)
+            m, t = m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2, s * below
+            p1, p2 = c * (n11 * l1 + n12 * l2), c * (n12 * l1 + n22 * l2)
+            pull = over * (p1 * l1 + p2 * l2)
+            raised, tipped = m * below + 2.0 * pull * r, m * below * t + pull * r * r
+            nodded = m * t * t + pull * r * r * s
+            tilt = plus(plus(scaled(raised, normal), tipped * up1, a1), tipped * up2, a2)
+            on_d = plus(plus(plus(tilt, -p1, a1), -p2, a2), pull, d)
             on_a1, on_a2 = plus(vector(w, ON_A1, p), -p1, d), plus(vector(w, ON_A2, p), -p2, d)
-            put(w, ON_A1, p, plus(plus(on_a1, turned * up1, normal), -d1, bend))
-            put(w, ON_A2, p, plus(plus(on_a2, turned * up2, normal), -d2, bend))
+            put(w, ON_A1, p, plus(plus(on_a1, nodded * up1, normal), -d1, tilt))
+            put(w, ON_A2, p, plus(plus(on_a2, nodded * up2, normal), -d2, tilt))
             put(w, ON_0, p, plus(vector(w, ON_0, p), b1 + b2 - 1.0, on_d))
             put(w, ON_1, p, plus(vector(w, ON_1, p), -b1, on_d))
             put(w, ON_2, p, plus(vector(w, ON_2, p), -b2, on_d))

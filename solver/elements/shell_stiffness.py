@@ -1,13 +1,15 @@
 """Exact tangent of the shell triangle (theory_shell.md 5); symbols as in `shell.py`.
 
 Over the nodes its quadratic form is a sum of products of two rows, U_j V_j. Six U are the strains' variations,
-dE_11, dE_22, 2 dE_12 and the turns' dt_i, with V = D U. The second derivative of a turn brings six more: with
-y = dd - d^b da_b, nu_b = n.da_b, E^c_b = a^c.da_b, raised indices y^b = a^b.y, and l in place of an index that is
-summed with l_c,
+dE_11, dE_22, 2 dE_12 and the turns' dt_i, with V = D U. The second derivative of a turn brings six more, nu_b and
+E^c_b: with y = dd - d^b da_b, nu_b = n.da_b, E^c_b = a^c.da_b, raised indices y^b = a^b.y, and l in place of an index
+that is summed with l_c,
 
     F d2t = nu_b (-2 y^b - s A^bc nu_c + 2 t A^lb n.y - 2 t s (A^bc E^l_c + A^lc E^b_c)) - 2 t E^l_b y^b - 2 dt dF,
 
 dF = -y^l - s A^lb nu_b, which follows from n.n = 1 and n.a_c = 0: dn = -nu_c a^c, da^c = -E^c_b a^b + A^cb nu_b n.
+This is F d2t = d2s - t d2F - 2 dt dF. What unfolding takes from d.d has, with X = 2 rho - d.a^l and dX = dF,
+d2(s r) = 2 r d2s - r^2 d2F + 2 X dr^2: the same again, and three rows dr_i.
 Normal forces also turn with the triangles they act in, each component of the nodes alike. An edge slope only adds to
 its turn.
 """
@@ -27,7 +29,7 @@ CHUNK = 64  # triangles that share scratch arrays
 
 
 class Scratch(NamedTuple):
-    """Room for one triangle: left and right (12, 18) the rows U and V, in the order dE, dt, nu_b, E^1_b, E^2_b;
+    """Room for one triangle: left and right (15, 18) the rows U and V, in the order dE, dt, dr, nu_b, E^1_b, E^2_b;
     spread (5, 6) the normal forces' part on a_1, a_2, d_i from the nodes; section, sides (6, 6) stiffness by curvature
     and by turns; power (5, 3, 3)."""
 
@@ -75,7 +77,7 @@ def apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2):
 def new_scratch():
     """Scratch of one chunk."""
     return Scratch(
-        np.empty((12, NODES)), np.empty((12, NODES)), np.empty((5, 6)), np.empty((6, 6)), np.empty((6, 6)),
+        np.empty((15, NODES)), np.empty((15, NODES)), np.empty((5, 6)), np.empty((6, 6)), np.empty((6, 6)),
         np.empty((5, 3, 3)),
     )  # fmt: skip
 
@@ -123,33 +125,35 @@ def fill_rows(u, slots, linear, area, beyond, image, planes, result, tri, work):
     for k in range(3):
         k1, k2 = linear[tri, k, 0], linear[tri, k, 1]
         spread[0, k], spread[1, k] = n11 * k1 + n12 * k2, n12 * k1 + n22 * k2
-        add(left[6], k, k1, n)
-        add(left[7], k, k2, n)
-        add(left[8], k, k1, up1)
-        add(left[9], k, k2, up1)
-        add(left[10], k, k1, up2)
-        add(left[11], k, k2, up2)
+        add(left[9], k, k1, n)
+        add(left[10], k, k2, n)
+        add(left[11], k, k1, up1)
+        add(left[12], k, k2, up1)
+        add(left[13], k, k1, up2)
+        add(left[14], k, k2, up2)
     for i in range(3):
         if slots[tri, 3 + i] < 0:
             continue
         l1, l2 = linear[tri, i, 0], linear[tri, i, 1]
         d, rho = apex_offset(u, slots, beyond, image, planes, tri, i, x0, e1, e2), -beyond[tri, i, i]
         d1, d2, s = dot(d, up1), dot(d, up2), dot(d, n)
-        c, below = SHARED / (1.0 + rho), 1.0 / (1.0 + rho - l1 * d1 - l2 * d2)
-        m, t = (m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2) * below, s * below
+        c, below, x = SHARED / (1.0 + rho), 1.0 / (1.0 + rho - l1 * d1 - l2 * d2), 2.0 * rho - l1 * d1 - l2 * d2
+        m, t, r = (m11 * l1 * l1 + m22 * l2 * l2 + m12 * l1 * l2) * below, s * below, s / x
         al1, al2 = i11 * l1 + i12 * l2, i12 * l1 + i22 * l2
         up = plus(scaled(l1, up1), l2, up2)
-        tip = scaled(below, plus(n, t, up))
-        push1, push2 = (
-            plus(scaled(2.0 * m * t * al1, n), -2.0 * m, up1),
-            plus(scaled(2.0 * m * t * al2, n), -2.0 * m, up2),
-        )
-        g1, g2 = scaled(-c, plus(a1, -l1 / rho, d)), scaled(-c, plus(a2, -l2 / rho, d))
+        tip, nod = scaled(below, plus(n, t, up)), scaled(1.0 / x, plus(n, r, up))
+        share = c / (1.0 + rho)
+        g1, g2 = plus(scaled(-c, a1), share * l1, d), plus(scaled(-c, a2), share * l2, d)
+        fold = plus(scaled(2.0 * share * r, n), share * r * r, up)
         p1, p2 = -c * (n11 * l1 + n12 * l2), -c * (n12 * l1 + n22 * l2)
-        p = -(p1 * l1 + p2 * l2) / rho
+        p = -(p1 * l1 + p2 * l2) / (1.0 + rho)
+        # What works on d2s, and on -d2F.
+        on_s, on_f = m + 2.0 * p * r, m * t + p * r * r
+        push1 = plus(scaled(2.0 * on_f * al1, n), -2.0 * on_s, up1)
+        push2 = plus(scaled(2.0 * on_f * al2, n), -2.0 * on_s, up2)
         mean1, mean2 = plus(mean1, -c * l1, d), plus(mean2, -c * l2, d)
-        stretched += m * s
-        turned1, turned2 = turned1 - 2.0 * m * t * s * l1, turned2 - 2.0 * m * t * s * l2
+        stretched += on_s * s
+        turned1, turned2 = turned1 - 2.0 * on_f * s * l1, turned2 - 2.0 * on_f * s * l2
         for k in range(4):
             # Weight of this node in d, and in y.
             node, flat, w, along = 3 + i, 1.0, 1.0, 0.0
@@ -158,20 +162,29 @@ def fill_rows(u, slots, linear, area, beyond, image, planes, result, tri, work):
                 node, flat, along = k, -beyond[tri, i, k], al1 * k1 + al2 * k2
                 w = flat - d1 * k1 - d2 * k2
                 spread[2 + i, k] = p1 * k1 + p2 * k2
+            # Half the variation of d.d, and of what a fold takes from it.
             add(left[0], node, flat * l1, g1)
             add(left[1], node, flat * l2, g2)
             add(left[2], node, flat * l1, g2)
             add(left[2], node, flat * l2, g1)
+            lifted = share * r * r * s * along
+            for v, ll in ((0, l1 * l1), (1, l2 * l2), (2, 2.0 * l1 * l2)):
+                add(left[v], node, ll * w, fold)
+                add(left[v], node, ll * lifted, n)
             add(left[3 + i], node, w, tip)
             add(left[3 + i], node, t * t * along, n)
             add(right[3 + i], node, 2.0 * m * w, up)
             add(right[3 + i], node, 2.0 * m * s * along, n)
-            add(right[6], node, w, push1)
-            add(right[7], node, w, push2)
-            add(right[8], node, -2.0 * m * t * l1 * w, up1)
-            add(right[9], node, -2.0 * m * t * l1 * w, up2)
-            add(right[10], node, -2.0 * m * t * l2 * w, up1)
-            add(right[11], node, -2.0 * m * t * l2 * w, up2)
+            add(left[6 + i], node, w, nod)
+            add(left[6 + i], node, r * r * along, n)
+            add(right[6 + i], node, 2.0 * p * x * w, nod)
+            add(right[6 + i], node, 2.0 * p * x * r * r * along, n)
+            add(right[9], node, w, push1)
+            add(right[10], node, w, push2)
+            add(right[11], node, -2.0 * on_f * l1 * w, up1)
+            add(right[12], node, -2.0 * on_f * l1 * w, up2)
+            add(right[13], node, -2.0 * on_f * l2 * w, up1)
+            add(right[14], node, -2.0 * on_f * l2 * w, up2)
             spread[0, node] += p1 * flat
             spread[1, node] += p2 * flat
             spread[2 + i, node] += p * flat
@@ -184,12 +197,12 @@ def fill_rows(u, slots, linear, area, beyond, image, planes, result, tri, work):
         add(left[2], k, k2, mean1)
         # What nu_b brings of nu_c and E^c_b.
         c1, c2, high = i11 * k1 + i12 * k2, i12 * k1 + i22 * k2, lift1 * k1 + lift2 * k2
-        add(right[6], k, -stretched * c1, n)
-        add(right[7], k, -stretched * c2, n)
-        add(right[6], k, turned1 * c1 + high, up1)
-        add(right[6], k, turned2 * c1, up2)
-        add(right[7], k, turned1 * c2, up1)
-        add(right[7], k, turned2 * c2 + high, up2)
+        add(right[9], k, -stretched * c1, n)
+        add(right[10], k, -stretched * c2, n)
+        add(right[9], k, turned1 * c1 + high, up1)
+        add(right[9], k, turned2 * c1, up2)
+        add(right[10], k, turned1 * c2, up1)
+        add(right[10], k, turned2 * c2 + high, up2)
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -241,7 +254,7 @@ def multiply_rows(size, lever, tri, work, k_tri):
     for p in range(NODES):
         for q in range(NODES):
             k_tri[p, q] = 0.0
-        for j in range(12 if p < 9 else 6):  # only the triangle's own nodes are in the last six U
+        for j in range(15 if p < 9 else 9):  # only the triangle's own nodes are in the last six U
             here = left[j, p]
             for q in range(NODES):
                 k_tri[p, q] += here * right[j, q]

@@ -3,7 +3,7 @@
 
 A block is up to `BLOCK` triangles. Their nodes' places are gathered into w, field after field: w[X + p] is the first
 coordinate of node 0 of triangle p. A loop branches nowhere. Where nothing lies across a side, the apex there is
-infinitely far away, 1/rho = 0 and 1/(1 + rho - ..) = 0, so that it adds nothing; a side without an edge slope has a
+infinitely far away, 1/(1 + rho) = 0 and 1/(2 rho - ..) = 0, so that it adds nothing; a side without an edge slope has a
 lever of 0; the few mirrored sides are reflected between two loops.
 """
 
@@ -13,13 +13,12 @@ import numpy as np
 from numba import njit
 
 from ..kernels import FUSED, FUSED_POINT
-from .patches import SHARED
 from .vectors import dot, inverse_and_normal, minus, plus, scaled
 
 BLOCK = 64
-# Constants of a side, side after side: l_i,a; b_ik of the two nodes after the first; 1 + rho; 1/rho; c; lever.
-L1, L2, B1, B2, REACH, OVER_RHO, C, LEVER = (BLOCK * i for i in range(8))
-SIDE = 8 * BLOCK
+# Constants of a side, side after side: l_i,a; b_ik of the two nodes after the first; rho; 1/(1 + rho); lever.
+L1, L2, B1, B2, RHO, OVER_REACH, LEVER = (BLOCK * i for i in range(7))
+SIDE = 7 * BLOCK
 # Fields of w: places of the own nodes, of the apices; edge slopes; a_1, a_2, n; A11, A22, A12.
 X0, X1, X2, APEX, E1, E2, A1, A2, NORMAL, INVERSE = (BLOCK * i for i in range(0, 30, 3))
 SLOPE = 30 * BLOCK
@@ -49,16 +48,14 @@ def build_blocks(gradients, patches):
     n_blocks = (m + BLOCK - 1) // BLOCK
     there = patches.slots >= 0
     rho = np.where(there[:, 3:6], -np.einsum("mii->mi", patches.beyond), np.inf)
-    sides = np.zeros((n_blocks * BLOCK, 3, 8))
+    sides = np.zeros((n_blocks * BLOCK, 3, 7))
     sides[:m, :, :2] = gradients
     sides[:m, :, 2:4] = np.where(there[:, 3:6, None], patches.beyond[:, :, 1:], 0.0)
-    sides[:m, :, 4], sides[:m, :, 5], sides[:m, :, 6], sides[:m, :, 7] = (
-        1.0 + rho, 1.0 / rho, SHARED / (1.0 + rho), patches.lever
-    )  # fmt: skip
+    sides[:m, :, 4], sides[:m, :, 5], sides[:m, :, 6] = rho, 1.0 / (1.0 + rho), patches.lever
     tri, side = np.nonzero(patches.image >= 0)
     return TriangleBlocks(
         np.where(there, patches.slots, patches.slots[:, :1]).astype(np.uint32),
-        np.ascontiguousarray(sides.reshape(n_blocks, BLOCK, 24).transpose(0, 2, 1)).reshape(n_blocks, 3 * SIDE),
+        np.ascontiguousarray(sides.reshape(n_blocks, BLOCK, 21).transpose(0, 2, 1)).reshape(n_blocks, 3 * SIDE),
         np.column_stack([tri, side, patches.image[tri, side]]),
         np.searchsorted(tri, BLOCK * np.arange(n_blocks + 1)),
         patches.planes,
