@@ -53,6 +53,8 @@ def save_checkpoint(path, scene, method, here, state, results, energy):
         file["rate"] = march.rate
         if march.relief is not None:
             file["relief"] = march.relief
+        for key, value in (march.memory or {}).items():
+            file[f"memory/{key}"] = value
         for name, group in state.groups().items():
             for key, value in group.arrays().items():
                 file[f"{name}/{key}"] = value
@@ -81,6 +83,7 @@ def load_checkpoint(path, scene, method, state, results, energy):
             relief = file["relief"][()] if "relief" in file else None
             mass = float(file.attrs["mass"]) if "mass" in file.attrs else None
             settles = bool(file.attrs["settles"])
-            return k, March(fraction, width, file["rate"][()], rates, placed, relief, mass, settles)
+            memory = {key: value[()] for key, value in file["memory"].items()} if "memory" in file else None
+            return k, March(fraction, width, file["rate"][()], rates, placed, relief, mass, settles, memory)
     except (OSError, KeyError) as error:
         raise SceneError(f"{path}: not a readable checkpoint ({error})") from None

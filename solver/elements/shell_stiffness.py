@@ -163,22 +163,16 @@ def fill_rows(u, slots, linear, area, beyond, image, planes, result, tri, work):
                 w = flat - d1 * k1 - d2 * k2
                 spread[2 + i, k] = p1 * k1 + p2 * k2
             # Half the variation of d.d, and of what a fold takes from it.
-            add(left[0], node, flat * l1, g1)
-            add(left[1], node, flat * l2, g2)
-            add(left[2], node, flat * l1, g2)
-            add(left[2], node, flat * l2, g1)
-            lifted = share * r * r * s * along
-            for v, ll in ((0, l1 * l1), (1, l2 * l2), (2, 2.0 * l1 * l2)):
-                add(left[v], node, ll * w, fold)
-                add(left[v], node, ll * lifted, n)
-            add(left[3 + i], node, w, tip)
-            add(left[3 + i], node, t * t * along, n)
-            add(right[3 + i], node, 2.0 * m * w, up)
-            add(right[3 + i], node, 2.0 * m * s * along, n)
-            add(left[6 + i], node, w, nod)
-            add(left[6 + i], node, r * r * along, n)
-            add(right[6 + i], node, 2.0 * p * x * w, nod)
-            add(right[6 + i], node, 2.0 * p * x * r * r * along, n)
+            unfold = plus(scaled(w, fold), share * r * r * s * along, n)
+            add(left[0], node, l1, plus(scaled(flat, g1), l1, unfold))
+            add(left[1], node, l2, plus(scaled(flat, g2), l2, unfold))
+            add(left[2], node, l1, plus(scaled(flat, g2), l2, unfold))
+            add(left[2], node, l2, plus(scaled(flat, g1), l1, unfold))
+            add(left[3 + i], node, 1.0, plus(scaled(w, tip), t * t * along, n))
+            add(right[3 + i], node, 2.0 * m, plus(scaled(w, up), s * along, n))
+            nods = plus(scaled(w, nod), r * r * along, n)
+            add(left[6 + i], node, 1.0, nods)
+            add(right[6 + i], node, 2.0 * p * x, nods)
             add(right[9], node, w, push1)
             add(right[10], node, w, push2)
             add(right[11], node, -2.0 * on_f * l1 * w, up1)

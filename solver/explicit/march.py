@@ -104,7 +104,12 @@ class Dynamics:
                 break
             self.weigh(lengthened(sheet, self.density, wanted / self.limit))
         self.added_mass = float(self.density @ sheet.triangles.volume / (plain @ sheet.triangles.volume) - 1.0)
-        self.wave, self.shrunk, self.looked = self.fastest(), 1.0, 0
+        self.wave, self.shrunk = self.fastest(), 1.0
+        self.first_limit, memory = self.limit, begun.memory or {}
+        if memory:
+            self.density = memory["density"]
+            self.mass = lumped_masses(sheet, self.density)
+            self.first_limit = float(memory["pace"][0])
         self.loads = Loads(sheet, stage)
         self.beads = build_beads(stage, sheet, method)
         self.bead_force, self.x_before = np.zeros((n, 3)), state.sheet.x.copy()
@@ -112,9 +117,9 @@ class Dynamics:
         self.has_loads = self.has_loads or stage.gravity is not None
         state.sheet.external[:] = 0.0
         free = (~self.fixed[:n]).astype(float)
-        law, inertia = law_of(method.contact, self.limit), TOOL_MASS * float(self.mass[:n].sum())
+        law, inertia = law_of(method.contact, self.first_limit), TOOL_MASS * float(self.mass[:n].sum())
         # A stop is a spring no stiffer than the tool's mass can carry in a step.
-        solid = STOP * inertia / self.limit**2
+        solid = STOP * inertia / self.first_limit**2
         runs = [r if r.drive is None else r._replace(drive=r.drive._replace(solid=solid)) for r in in_order(tools)]
         contacts = (state.tools[run.tool.name] for run in runs)
         self.tools = [
@@ -143,11 +148,42 @@ class Dynamics:
         self.no_tangents = np.zeros((0, 0, 0))
         self.work = dict.fromkeys(NAMES, 0.0)
         self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
-        self.count = 0
+        self.count = self.looked = self.begun = 0
         self.relaxation = None
         if relaxes:
             self.relaxation = Relaxation(sheet, self.mass, self.fixed, state.sheet.u, self.limit, self.pacing.duration)
             self.damping = 0.0
+        if memory:
+            self.recall(memory)
+
+    def memory(self, look):
+        """What the stage goes on with beside the state, {name: array}: the stable step and how it was found, what tools
+        and dampers carry over from step to step. look : time of the last one [s]"""
+        pace = self.first_limit, self.limit, self.wave, self.shrunk, self.count - self.looked, look, self.stable.looks
+        found = {"pace": np.array(pace), "density": self.density, "mode": self.stable.vector, "root": self.stable.root}
+        for tool in self.tools:
+            name = tool.run.tool.name
+            found[f"bounce {name}"] = np.array([tool.reaction, tool.bounce, tool.bounce_before])
+            found[f"inertia {name}"] = tool.inertia
+            if name in self.dampers:
+                found[f"springs {name}"] = self.dampers[name].memory()
+        return found if self.relaxation is None else found | self.relaxation.memory()
+
+    def recall(self, memory):
+        """Go on with what `memory` gave."""
+        _, self.limit, self.wave, self.shrunk, since, _, looks = memory["pace"].tolist()
+        self.looked = -int(since)
+        self.stable.recall(memory["mode"], memory["root"], int(looks))
+        for tool in self.tools:
+            name = tool.run.tool.name
+            tool.inertia = memory[f"inertia {name}"]
+            tool.inverse = np.linalg.inv(tool.inertia)
+            tool.reaction, tool.bounce, tool.bounce_before = memory[f"bounce {name}"]
+            if name in self.dampers:
+                self.dampers[name].recall(memory[f"springs {name}"])
+        if self.relaxation is not None:
+            self.relaxation.recall(memory)
+            self.damping = self.relaxation.damping
 
     def weigh(self, density):
         """Give the triangles a density (m,), and find the stable step with it."""
@@ -189,7 +225,7 @@ class Dynamics:
 
     def shortest(self):
         """Stable step now: the last look's, shortened as the fastest triangle has shrunk since."""
-        if self.count % BEGIN == 0:
+        if self.begun % BEGIN == 0:
             self.shrunk = min(1.0, self.fastest() / self.wave)
         return self.shrunk * self.limit
 
@@ -275,7 +311,7 @@ class Dynamics:
         sheet.u, self.u_new = self.u_new, sheet.u
         self.v, self.v_new = self.v_new, self.v
         # Strain, material, forces: the past becomes scratch for what is new.
-        if self.count % BEGIN == 0:
+        if self.begun % BEGIN == 0:
             elements.begin(sheet, sheet, material, self.method)
             self.measure_areas()
         for name in HISTORY:
@@ -297,6 +333,7 @@ class Dynamics:
         self.work["damping"] += damped
         self.work["internal"] += self.energies.sum()
         self.count += 1
+        self.begun += 1
 
     def relax(self, dt, dt_before):
         """Damp the next steps as the last one tells; whether it told something."""
@@ -310,7 +347,7 @@ class Dynamics:
 
     def pull_in_beads(self, sheet):
         """Add what drawbeads do on the sheet to its loads; now and then they look where it is."""
-        if self.count % BEGIN == 0:
+        if self.begun % BEGIN == 0:
             for run in self.beads:
                 run.begin(sheet.x)
                 run.stiffness = min(run.stiffness, self.softest_bead(run))
@@ -331,7 +368,9 @@ class Dynamics:
         return STOP * float(np.min(self.mass[: len(share)][held] / share[held], initial=np.inf)) / self.limit**2
 
     def record(self, span):
-        """Work since the last record, {name: mJ}; the contacts' states are finished."""
+        """Work since the last record, {name: mJ}; the contacts' states are finished. The elements begin anew, as they
+        do where a run resumes from here."""
+        self.begun = 0
         for tool in self.tools:
             tool.record(self.half, span)
         self.work["kinetic"] = self.kinetic - self.kinetic_recorded
@@ -362,7 +401,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     log.info("%s", "; ".join(notes))
     dt = place.width if place.width > 0.0 else dynamics.limit
     balance = Balance(sheet, method)
-    recorded, look, steps = time, time, 0
+    recorded, look, steps = time, time if begun.memory is None else float(begun.memory["pace"][5]), 0
     while place.fraction < end or place.settles:
         if place.settles:
             target = due = np.inf
@@ -418,6 +457,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             width=dt,
             rate=dynamics.v.copy(),
             rates={tool.run.tool.name: tool.rates.tolist() for tool in dynamics.tools},
+            memory=dynamics.memory(look),
         )
         outcome = Steps(steps, [drift])
         recorded, steps = time, 0

@@ -46,6 +46,21 @@ class Relaxation:
         self.patience = LONGEST * max(swing, duration)
         self.residual, self.kinetic = np.inf, np.inf  # as ways still to go, over the stage's
 
+    def memory(self):
+        """What it goes on with, {name: array}: numbers, places at the stage's start and at the last comparison, and the
+        forces there."""
+        numbers = self.omega, self.damping, self.span, self.due, self.elapsed, self.rested, self.residual, self.kinetic
+        found = {"relaxation": np.array(numbers), "relaxation start": self.start, "relaxation u": self.u.copy()}
+        return found if self.g is None else found | {"relaxation g": self.g}
+
+    def recall(self, memory):
+        """Go on with what `memory` gave."""
+        self.omega, self.damping, self.span, self.due, self.elapsed, rested, self.residual, self.kinetic = memory[
+            "relaxation"
+        ].tolist()
+        self.rested = int(rested)
+        self.start, self.u, self.g = memory["relaxation start"], memory["relaxation u"], memory.get("relaxation g")
+
     def watch(self, u, v, v_before, external, dt, dtm, others):
         """Look at a step from u (n + k, 3), once a comparison is due; True where one was made.
 

@@ -42,6 +42,16 @@ class SpringDamper:
         self.a, self.b = np.zeros(len(square)), np.zeros(len(square))
         self.work = 0.0  # taken so far [mJ]
 
+    def memory(self):
+        """What it goes on with, (j, j + 4): modes, omega, a, b, and the work taken."""
+        return np.column_stack([self.modes, self.omega, self.a, self.b, np.full(len(self.a), self.work)])
+
+    def recall(self, memory):
+        """Go on with what `memory` gave."""
+        j = len(memory)
+        self.modes, (self.omega, self.a, self.b, work) = memory[:, :j].copy(), memory[:, j:].T.copy()
+        self.work = float(work[0])
+
     def force(self, rates, progress, dt):
         """On the coordinates (j,) [N] over a step of dt, that they enter with these rates. progress : of the stage"""
         v, fade = self.modes.T @ rates, BETA * dt * self.omega

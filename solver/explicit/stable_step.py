@@ -34,16 +34,20 @@ class StableStep:
         self.elastic = Material(material.young, material.poisson, VonMises(), lambda ep: endless + 0.0 * ep, "elastic")
         self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), tangents=False)
         self.slot_force = np.empty((*elements.slots.shape, 3))
-        self.vector = None
-        self.noise = np.random.default_rng(0)
+        self.vector, self.looks = None, 0
 
     def limit(self, state):
         """2/omega_max [s] of the sheet in a state."""
         return float(2.0 / np.sqrt(self._largest(state)))
 
+    def recall(self, vector, root, looks):
+        """Go on from where another one of this sheet was after some looks, with its vector and root."""
+        self.vector, self.root, self.looks = vector, root, looks
+
     def _largest(self, state):
         self.start = self._forces(state.u, state)
-        x = self.noise.standard_normal(self.root.shape) * (self.root > 0.0)
+        x = np.random.default_rng(self.looks).standard_normal(self.root.shape) * (self.root > 0.0)
+        self.looks += 1
         x /= np.linalg.norm(x)
         rounds = FIRST if self.vector is None else AGAIN
         if self.vector is not None:

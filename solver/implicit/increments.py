@@ -27,7 +27,8 @@ class March(NamedTuple):
     relieved; width : of the next increment; rate : (n + k, 3) and rates {tool: mm}, movement per fraction of the last
     increment, for the prediction; placed : {tool: (travel at the stage's start [mm], sign of the axis that leads to
     the sheet)}; relief : (n + k, 3) N unbalanced at the stage's start, None before it is known; mass : of the sheet in
-    the next increment [N/mm^3], None where it has none (inertia.py); settles : tools stand until it is at rest."""
+    the next increment [N/mm^3], None where it has none (inertia.py); settles : tools stand until it is at rest;
+    memory : {name: array} of what an explicit stage goes on with beside the state."""
 
     fraction: float
     width: float
@@ -37,6 +38,7 @@ class March(NamedTuple):
     relief: np.ndarray | None = None
     mass: float | None = None
     settles: bool = False
+    memory: dict | None = None
 
 
 class Accepted(NamedTuple):

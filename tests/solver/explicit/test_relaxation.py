@@ -48,6 +48,32 @@ def test_a_bent_strip_springs_back_as_its_section_does():
     assert any("at rest after" in note for note in both[0].notes)
 
 
+@pytest.mark.parametrize("settling", [False, True])
+def test_a_relaxing_stage_resumes_where_it_was(tmp_path, settling):
+    # Stopped while what was in balance fades, and while the sheet comes to rest.
+    blank = Blank(strip(6.0, 3.0, 6), THICKNESS, MILD, Shell(7), fixed={"all": "y", "symmetry_x": "z"})
+    scene = Scene(blank, [Stage(moments={"right": 35.5701}, name="first"), Stage(name="springback")])
+    whole = form(scene, RELAX, frames=2)
+    stages = np.array(whole.history["stage"])
+    records = np.flatnonzero(stages == stages[-1])
+    last = records[-2] if settling else records[len(records) // 2]
+    seen = []
+
+    class Stopped(Exception):
+        pass
+
+    def stop(progress):
+        seen.append(progress)
+        if len(seen) == last + 1:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        form(scene, RELAX, save=tmp_path / "strip.pvd", frames=2, watch=stop)
+    rest = form(scene, RELAX, save=tmp_path / "strip.pvd", frames=2, resume=True)
+    assert rest.history["iterations"] == whole.history["iterations"]
+    assert rest.frames[-1].points == pytest.approx(whole.frames[-1].points, abs=1e-9)
+
+
 def test_springback_of_a_strip_formed_explicitly_is_that_of_the_implicit_solver():
     blank = Blank(strip(20.0, 4.0, 10), 1.0, STEEL, Shell(5), fixed={"all": "y"})
     tools = [

@@ -174,4 +174,10 @@ def test_a_tilting_run_resumes_with_its_spin(tmp_path):
         form(scene, method, save=tmp_path / "pad.pvd", frames=2, watch=stop)
     rest = form(scene, method, save=tmp_path / "pad.pvd", frames=2, resume=True)
     assert rest.finished
-    assert rest.history["tilt_BELOW"][-1] == pytest.approx(whole.history["tilt_BELOW"][-1], rel=0.05)
+    # The same run, to round-off: projections start from other seeds. A pad that swings makes 1e-16 into 1e-4.
+    assert rest.history["iterations"] == whole.history["iterations"]
+    soon = np.array(whole.history["stroke"]) < 0.35
+    for column in ("tilt_BELOW", "travel_BELOW", "force_ABOVE"):
+        one, other = (np.array(r.history[column]) for r in (rest, whole))
+        assert one[soon] == pytest.approx(other[soon], rel=1e-9, abs=1e-9 * np.abs(other).max())
+        assert one[-1] == pytest.approx(other[-1], rel=0.01)
