@@ -1,16 +1,14 @@
 """The implicit solver on this machine: time against error on four meshes, where the time goes, and how Newton went.
 
 Two problems: a disc stretched by a hemispherical punch, whose error is the largest of its force and of its thickness
-strain against a converged axisymmetric membrane, and the square cup, whose error is that of its draw-in against its own
-finest mesh; the measured draw-in stands beside. Runs take one thread; times are the CPU time of the run after a small
-one has compiled everything.
+strain against a converged axisymmetric membrane, and the square cup, whose errors are those of draw-in, forces and
+thickness against its own finest mesh, and for one mesh against increments of half the length; the measured draw-in
+stands beside. Runs take one thread; times are the CPU time of the run after a small one has compiled everything.
 
 The yardstick of the stretching: a well-known open implicit code takes 60 s of one core on this kind of machine with 120
 axisymmetric quadratic elements (about 600 iterations), and 220 to 400 s in three dimensions with 224 to 480 shells or
 bricks.
 """
-
-from pathlib import Path
 
 import numba
 import numpy as np
@@ -22,6 +20,7 @@ from solver.implicit.equilibrium import Equilibrium
 from solver.implicit.sparse import SparseSolver
 from solver.materials.material import Material
 
+from .cup_problem import DRAW_INS, cup_scene, differences
 from .stopwatch import Stopwatch
 from .stretch_problems import PUNCHES, punch_errors, punch_scene
 
@@ -38,17 +37,18 @@ PARTS = {
 }
 PUNCH_SIZES = (8.0, 5.0, 3.5, 2.5)  # mm
 CUP_SIZES = (7.5, 5.0, 3.75, 2.5)  # mm
+USUAL = solver.Increments()
 ELEMENTS = {"membrane": solver.Membrane(), "shell": solver.Shell(5)}
 
 
-def run(scene, frames):
+def run(scene, frames, increments=USUAL):
     """Results and {part: CPU time [s]} of a scene on one thread."""
     watch, threads = Stopwatch(), numba.get_num_threads()
     try:
         numba.set_num_threads(1)
         with watch.over(PARTS):
             try:
-                return solver.form(scene, solver.Implicit(), frames=frames), watch.seconds
+                return solver.form(scene, solver.Implicit(increments=increments), frames=frames), watch.seconds
             except solver.StepFailed as failure:
                 return failure.results, watch.seconds
     finally:
@@ -94,39 +94,48 @@ def punch_rows(sizes=PUNCH_SIZES, problem="friction 0.17", travel=30.0):
     return found
 
 
-def cup_rows(sizes=CUP_SIZES, travel=15.0):
-    """Rows of the square cup in aluminium: draw-in, and what it is off by from the last mesh's and from measurement."""
-    found = []
-    run(cup(max(sizes), 0.5)[0], 1)  # compiles
-    for size in sizes:
-        scene, measured = cup(size, travel)
-        results, seconds = run(scene, 1)
-        draw_in = {name: results.at(name, travel) for name in ("draw_in_DX", "draw_in_DD")}
-        row = figures("square cup", "shell", size, scene, results, seconds)
+def cup_rows(sizes=CUP_SIZES, travel=15.0, material="aluminium"):
+    """Rows of the square cup: draw-in, what it is off by from measurement, and what all is off by from the last mesh.
+
+    One row more, of the mesh before the last, has increments of half the length and is held against that mesh's own.
+    """
+    run(cup_scene(material, max(sizes), 0.5)[0], 1)  # compiles
+    runs = []
+    for size, increments in [*((size, USUAL) for size in sizes), (sizes[-2], None)]:
+        scene, measured = cup_scene(material, size, travel)
+        halved = increments is None
+        results, seconds = run(scene, 1, halves(runs[-2][0], travel) if halved else increments)
+        draw_in = {name: results.at(name, travel) for name in DRAW_INS}
         off = {name: draw_in[name] / measured[name] - 1.0 for name in measured} if results.finished else {}
-        found.append(row | draw_in | {"measured_off": off})
-    finest = found[-1]
-    for row in found:
-        row["draw_in_error"] = max(abs(row[name] / finest[name] - 1.0) for name in ("draw_in_DX", "draw_in_DD"))
+        row = figures(f"square cup, {material}", "shell", size, scene, results, seconds)
+        runs.append((row | draw_in | {"measured_off": off, "halved": halved}, scene, results))
+    finest, usual = runs[len(sizes) - 1], runs[len(sizes) - 2]
+    found = []
+    for row, scene, results in runs:
+        # The error of a mesh against a finer one; what halving does, against the same mesh.
+        held = differences(*usual[1:], scene, results) if row["halved"] else differences(scene, results, *finest[1:])
+        found.append(row | held)
     return found
 
 
-def cup(size, travel):
-    """A quarter of the square cup from its scene file, and {draw-in: measured at that depth}."""
-    from .scene_file import SceneFile
-
-    path = Path(__file__).resolve().parents[1] / "examples" / "square_cup" / "aluminium.toml"
-    file = SceneFile.read(path)
-    blank = file.keys.blank.model_copy(update={"size": size})
-    punch = file.keys.tools["PUNCH"].model_copy(update={"travel": -travel})
-    keys = file.keys.model_copy(update={"blank": blank, "tools": file.keys.tools | {"PUNCH": punch}})
-    measured = {row.quantity: row.measured for row in file.keys.compare.rows if row.stroke == travel}
-    return SceneFile(path, keys).build(), {k: v for k, v in measured.items() if k in ("draw_in_DX", "draw_in_DD")}
+def halves(row, travel):
+    """Increments no longer than half the mean of those that a row has taken."""
+    return solver.Increments(0.5 * USUAL.first, 0.5 * travel / (row["increments"] * row["size"]))
 
 
 SHARED = ["triangles", "s", *PARTS, "increments", "per mm", "iterations", "per increment"]
 HEADER = ["hemispherical punch, mm", *SHARED, "force error", "strain error", "x yardstick"]
-CUP_HEADER = ["square cup, mm", *SHARED, "DX", "DD", "to finest", "to measured DX, DD"]
+CUP_HEADER = [
+    "square cup, mm",
+    *SHARED,
+    "DX",
+    "DD",
+    "DX, DD off",
+    "punch force off",
+    "holder force off",
+    "thickness off",
+]
+CUP_HEADER += ["to measured DX, DD"]
 
 
 def shared_texts(row):
@@ -156,11 +165,12 @@ def line_of(row):
 
 def cup_line(row):
     """A row of the cup as texts."""
+    off = [row[f"{name}_error"] for name in ("draw_in", "force", "holder", "thickness")]
     return [
-        f"{row['element']} {row['size']:g}",
+        f"{row['element']} {row['size']:g}" + (", half increments" if row["halved"] else ""),
         *shared_texts(row),
         f"{row['draw_in_DX']:.2f}",
         f"{row['draw_in_DD']:.2f}",
-        f"{100 * row['draw_in_error']:.1f} %",
+        *(f"{100 * error:.1f} %" for error in off),
         ", ".join(f"{100 * off:+.1f} %" for off in row["measured_off"].values()),
     ]

@@ -5,7 +5,7 @@ import sys
 import tempfile
 import traceback
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
@@ -247,17 +247,19 @@ def explicit(*, largest: int = 100_000, as_json: Json = False):
 
 
 @bench.command
-def implicit(*, travel: float = 15.0, as_json: Json = False):
+def implicit(*, travel: float = 15.0, material: Literal["aluminium", "steel"] = "aluminium", as_json: Json = False):
     """The implicit solver: time against error on four meshes, where the time goes, iterations and increments.
 
     Parameters
     ----------
     travel
         Depth of the square cup in mm; 15 and 40 have measured draw-ins.
+    material
+        Of the square cup.
     """
     from .bench_implicit import CUP_HEADER, HEADER, YARDSTICK, cup_line, cup_rows, line_of, punch_rows
 
-    punches, cups = punch_rows(), cup_rows(travel=travel)
+    punches, cups = punch_rows(), cup_rows(travel=travel, material=material)
     if as_json:
         print_json({"hemispherical_punch": punches, "square_cup": cups, "yardstick_s": YARDSTICK})
     else:

@@ -20,9 +20,15 @@ def test_rows_of_the_punch_add_up():
         assert len(line_of(row)) == len(HEADER)
 
 
-def test_rows_of_the_cup_are_compared_with_the_finest():
-    coarse, fine = cup_rows(sizes=(12.5, 9.0), travel=4.0)
-    assert fine["draw_in_error"] == 0.0
-    assert coarse["draw_in_error"] > 0.0
+def test_rows_of_the_cup_are_compared_with_the_finest_and_with_half_the_increments():
+    coarse, fine, halved = cup_rows(sizes=(12.5, 9.0), travel=4.0)
+    errors = ["draw_in_error", "force_error", "holder_error", "thickness_error"]
+    assert [fine[name] for name in errors] == [0.0] * 4
+    assert min(coarse[name] for name in ("draw_in_error", "force_error", "thickness_error")) > 0.0
+    assert halved["halved"] and halved["triangles"] == coarse["triangles"]
+    assert halved["increments"] > 1.5 * coarse["increments"]
+    # The holder's force is given; half the increments change little beside another mesh.
+    assert coarse["holder_error"] < 1e-3
+    assert halved["force_error"] < coarse["force_error"]
     assert coarse["measured_off"] == {}  # measured at 15 and 40 mm
     assert len(cup_line(coarse)) == len(CUP_HEADER)
