@@ -37,11 +37,11 @@ class Number(float):
 
 
 def _counting(name):
-    plain = getattr(float, name)
+    plain = getattr(np.float64, name)  # divides by zero, as the kernels do
 
     def operation(self, other):
         Number.count += 1
-        return Number(plain(self, float(other)))
+        return Number(plain(np.float64(self), float(other)))
 
     return operation
 
@@ -128,4 +128,5 @@ def counted_apart():
 
 
 if __name__ == "__main__":
-    print(json.dumps(count()))
+    with np.errstate(all="ignore"):
+        print(json.dumps(count()))
