@@ -13,6 +13,7 @@ from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import balance, borders, carried, to_space, to_tool
 from ..contact.feet import sort_feet
 from ..contact.node_on_tool import OPEN, contact_forces
+from ..contact.put_back import foresee, put_back
 from ..elements.assembly import gather_blocks, gather_forces
 from ..loads import Loads
 from ..scene import AXES
@@ -111,6 +112,14 @@ class Equilibrium:
             kept = np.min([np.where(foot.status != OPEN, foot.gap, np.inf)[nodes] for foot in before.feet], axis=0)
             wanted = np.where(held[nodes], kept, np.where(touching[nodes], gap, np.maximum(gap, 0.0)))
             new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, (wanted - gap)[:, None] * hit.normal)
+
+    def foresee(self, dx, dw):
+        """What a correction of the unknowns (n + k, 3) and driven tools (j,) does to the contact forces."""
+        return foresee(self.tools, self.state, self.skin, dx[: len(self.sheet.points)], dw)
+
+    def put_back(self, new, foreseen, step):
+        """Put the nodes on the tools after a part of a correction; see contact/put_back.py."""
+        put_back(self.tools, new, foreseen, step, self.half_thickness, self.skin, self.fixed[: len(self.sheet.points)])
 
     def evaluate(self, old, new, fraction, first=False):
         """Fill new from its positions and tool travels at a fraction of the stage. Returns the residuals: unknowns
