@@ -117,8 +117,7 @@ class Results:
         }
 
     def pace(self):
-        """{iterations_per_increment; tangents_per_increment; increments_per_mm, where a tool has travelled;
-        dynamic_increments}"""
+        """{iterations_per_increment; increments_per_mm, where a tool has travelled; dynamic_increments}"""
         iterations = self.history.get("iterations", [])
         if not iterations:
             return {}

@@ -7,8 +7,9 @@ face. So each node goes along its normal to the gap that has the force foreseen 
 
     N* = N - N'(g) kn n . (dx - v),    g* = (lam - trial(N*)) / kn,
 
-one that is foreseen to pull goes where the force ends, and one that would land goes onto the face. What is left for the
-next correction is what the sheet itself answers. Nodes that touch in several places stay where the step takes them.
+one that is foreseen to pull goes where the force ends, and one that would land goes where a small force begins. What is
+left for the next correction is what the sheet itself answers. Nodes that touch in several places stay where the step
+takes them.
 """
 
 from typing import NamedTuple
@@ -18,6 +19,8 @@ import numpy as np
 from .drive import movement_of, to_space, to_tool
 from .feet import SAME_WALL
 from .node_on_tool import OPEN, normal_slope, trial_of
+
+LANDING = 0.1  # slope of the contact law where a node lands: its force is a hundredth of that at the rounding's middle
 
 
 class Foreseen(NamedTuple):
@@ -65,13 +68,13 @@ def put_back(runs, state, foreseen, step, half_thickness, skin, fixed):
         contact, (alone, away, normal, force, change) = state.tools[run.tool.name], foreseen[run.tool.name]
         rest = contact.multiplier / run.kn  # gap at which the force would be the rounding's middle
         points = to_tool(run, contact, state.sheet.x)
-        nodes, hit = run.neighbourhood.project(points, np.where(alone, np.inf, half_thickness + rest))
+        nodes, hit = run.neighbourhood.project(points, np.where(alone, np.inf, half_thickness + rest + skin))
         hit = to_space(run, contact, hit)
         gap, kn, rest = hit.distance - half_thickness[nodes], run.kn[nodes], rest[nodes]
         wanted = (force + step * change)[nodes]
         goal = rest - trial_of(wanted, kn * skin) / kn
         goal = np.where(wanted > 0.0, goal, np.maximum(gap, goal))
         same_wall = np.einsum("nc,nc->n", hit.normal, normal[nodes]) > SAME_WALL
-        landed = np.where(away[nodes], np.maximum(gap, rest), gap)
+        landed = np.where(away[nodes], np.maximum(gap, rest + (1.0 - LANDING) * skin), gap)
         move = np.where(alone[nodes] & same_wall, goal, landed) - gap
         state.sheet.x[nodes] += np.where(fixed[nodes], 0.0, move[:, None] * hit.normal)
