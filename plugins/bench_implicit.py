@@ -31,7 +31,7 @@ PARTS = {
         (Material, "update"),
         *((kind, name) for kind in (MembraneElements, ShellElements) for name in ("strain", "forces", "stiffness")),
     ],
-    "contact": [(Equilibrium, "_touch"), (Equilibrium, "follow_tools")],
+    "contact": [(Equilibrium, name) for name in ("_touch", "follow_tools", "foresee", "put_back")],
     "assembly": [(Equilibrium, "evaluate"), (Equilibrium, "tangent")],
     "solution": [(SparseSolver, "__init__"), (SparseSolver, "factorize"), (SparseSolver, "solve")],
 }

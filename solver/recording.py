@@ -67,7 +67,6 @@ class Recorder:
             increment=len(results.history.get("increment", [])) + 1,
             stroke=float(self.before[k] + fraction * self.scene.stages[k].stroke),
             iterations=outcome.iterations,
-            tangents=outcome.tangents,
             residual=outcome.residuals[-1],
             n_contacts=int(touching.sum()),
             thickness_min=float(thickness.min()),

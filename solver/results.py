@@ -117,14 +117,11 @@ class Results:
         }
 
     def pace(self):
-        """{iterations_per_increment; tangents_per_increment; increments_per_mm, where a tool has travelled;
-        dynamic_increments}"""
+        """{iterations_per_increment; increments_per_mm, where a tool has travelled; dynamic_increments}"""
         iterations = self.history.get("iterations", [])
         if not iterations:
             return {}
         found = {"iterations_per_increment": float(np.mean(iterations))}
-        if any(self.history.get("tangents", [])):
-            found["tangents_per_increment"] = float(np.mean(self.history["tangents"]))
         way = np.diff(self.history["stroke"], prepend=0.0)
         drawn = np.isin(self.history["stage"], self.travelled) & ((way > 0.0) | ~self.in_equilibrium())
         if way[drawn].any():

@@ -239,6 +239,14 @@ def lanes(run, contact, omega, x):
     return v
 
 
+def movement_of(run, state, dz):
+    """How far a small change dz (j,) of a tool's coordinates carries its points where the nodes are, (n, 3) [mm]."""
+    if run.pivot is None:
+        return np.broadcast_to(dz[0] * run.axis, state.sheet.x.shape)
+    contact = state.tools[run.tool.name]
+    return np.einsum("j,jnc->nc", dz, lanes(run, contact, spins(run, contact)[0], state.sheet.x))
+
+
 def pushed_back(run, state, pins):
     """b (l,) [mm] of the pins, at p + pins (l, 3) beside the pivot now."""
     drive, contact = run.drive, state.tools[run.tool.name]

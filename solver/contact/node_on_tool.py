@@ -49,6 +49,16 @@ def normal_law(trial, band, held):
     return (trial + band) ** 2 / (4.0 * band), 0.5 * (trial + band) / band
 
 
+def normal_slope(trial, band, held):
+    """Slope of the normal law, arrays (n,)."""
+    return np.where(held, 1.0, np.clip(0.5 * (trial + band) / band, 0.0, 1.0))
+
+
+def trial_of(force, band):
+    """Where the normal law has a force, arrays (n,): its inverse, and -band where there is none."""
+    return np.where(force > band, force, 2.0 * np.sqrt(band * np.maximum(force, 0.0)) - band)
+
+
 @njit(forceinline=True)
 def node_force(gap, n, h, lam, kn, kt, mu, laws, face, node, skin, tau_old, n_old, du, held, tau, stiffness):
     """Force of one touching node. Fills tau (3,) and stiffness (3, 3) = - d(N n + tau)/dx; returns N and

@@ -47,7 +47,6 @@ class Steps(NamedTuple):
 
     iterations: int
     residuals: list
-    tangents: int = 0
     dynamic: bool = False  # as an exception
 
 

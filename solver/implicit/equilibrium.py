@@ -13,6 +13,7 @@ from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import balance, borders, carried, to_space, to_tool
 from ..contact.feet import sort_feet
 from ..contact.node_on_tool import OPEN, contact_forces
+from ..contact.put_back import LANDING, foresee, put_back
 from ..elements.assembly import gather_blocks, gather_forces
 from ..loads import Loads
 from ..scene import AXES
@@ -97,7 +98,7 @@ class Equilibrium:
 
     def follow_tools(self, old, new):
         """Put predicted nodes on the tools of prescribed motion, along the exact curvature and with the thickness of
-        now: those that touch back to the gap they had, others that would overlap onto the skin."""
+        now: those that touch back to the gap they had, others that would overlap to where a small force begins."""
         touching = np.any([contact.touching for contact in old.tools.values()], axis=0)
         for run in self.tools:
             before = old.tools[run.tool.name]
@@ -105,12 +106,21 @@ class Equilibrium:
                 continue
             place = to_tool(run, new.tools[run.tool.name], new.sheet.x)
             held = before.touching
-            nodes, hit = run.neighbourhood.project(place, np.where(held, np.inf, self.half_thickness))
+            ajar = (1.0 - LANDING) * self.skin
+            nodes, hit = run.neighbourhood.project(place, np.where(held, np.inf, self.half_thickness + ajar))
             hit = to_space(run, new.tools[run.tool.name], hit)
             gap = hit.distance - self.half_thickness[nodes]
             kept = np.min([np.where(foot.status != OPEN, foot.gap, np.inf)[nodes] for foot in before.feet], axis=0)
-            wanted = np.where(held[nodes], kept, np.where(touching[nodes], gap, np.maximum(gap, 0.0)))
+            wanted = np.where(held[nodes], kept, np.where(touching[nodes], gap, np.maximum(gap, ajar)))
             new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, (wanted - gap)[:, None] * hit.normal)
+
+    def foresee(self, dx, dw):
+        """What a correction of the unknowns (n + k, 3) and driven tools (j,) does to the contact forces."""
+        return foresee(self.tools, self.state, self.skin, dx[: len(self.sheet.points)], dw)
+
+    def put_back(self, new, foreseen, step):
+        """Put the nodes on the tools after a part of a correction; see contact/put_back.py."""
+        put_back(self.tools, new, foreseen, step, self.half_thickness, self.skin, self.fixed[: len(self.sheet.points)])
 
     def evaluate(self, old, new, fraction, first=False):
         """Fill new from its positions and tool travels at a fraction of the stage. Returns the residuals: unknowns

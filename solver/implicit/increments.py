@@ -15,7 +15,7 @@ from .sparse import SparseSolver
 
 log = logging.getLogger("cadlink")
 GROW, SHRINK, CUT = 1.5, 0.7, 0.3
-DYNAMIC = 6  # tangents of an increment with inertia that does not grow
+DYNAMIC = 6  # iterations of an increment with inertia that does not grow
 CREEP = 0.1  # width of an increment with inertia, relative to the first, that is no progress
 FAR = 0.1  # by which nodes may outrun the tools in it, relative to the mesh size
 NEGLIGIBLE = 1e-5  # unbalanced force at a stage's start, relative to the least scale of forces
@@ -173,11 +173,11 @@ def onward(place, width, fraction, outcome, old, new, limits):
     rates = {k: float(c.travel[0] - old.tools[k].travel[0]) / width for k, c in new.tools.items()}
     if fraction <= 0.0 and place.mass is None:
         rate, rates = 0.0 * rate, dict.fromkeys(rates, 0.0)
-    scale = GROW if outcome.tangents <= limits.swift else SHRINK if outcome.tangents > limits.slow else 1.0
+    scale = GROW if outcome.iterations <= limits.swift else SHRINK if outcome.iterations > limits.slow else 1.0
     if place.mass is not None:
         # A sheet on its way to elsewhere goes there in short steps of a few iterations.
         ahead = np.abs(new.sheet.x - old.sheet.x).max() - width * limits.path
-        scale = np.clip(min(DYNAMIC / outcome.tangents, limits.way / max(ahead, 1e-6 * limits.way)), SHRINK, GROW)
+        scale = np.clip(min(DYNAMIC / outcome.iterations, limits.way / max(ahead, 1e-6 * limits.way)), SHRINK, GROW)
     # A stop that shortened this increment does not shorten the next.
     wider = max(scale * width, place.width if scale >= 1.0 else 0.0)
     largest = RELIEF if place.fraction < 0.0 else limits.largest

@@ -8,17 +8,13 @@ class Newton:
     """When an increment has converged.
 
     residual : of the out-of-balance force, relative to the forces in play
-    enough : the same where it falls no further, as where a node comes and goes
-    correction : of the last movement of a node, relative to the mesh size
+    correction : of the movement of a node that is still lacking, relative to the mesh size
     iterations : more than this and the increment is cut
-    reuse : a tangent serves again while the residual falls fast by it
     """
 
-    residual: float = 1e-6
-    enough: float = 1e-4
-    correction: float = 1e-6
+    residual: float = 5e-4
+    correction: float = 1e-4
     iterations: int = 25
-    reuse: bool = True
 
 
 @dataclass(frozen=True)

@@ -13,53 +13,22 @@ ACCEPT = 0.8  # share of the starting energy slope below which a step is taken a
 AUGMENTATIONS = 10
 UPHILL = 3  # corrections against the residual: no stable equilibrium is near
 BUCKLING = 3e-5, 1e-2  # residuals that tell of that, and not of a contact that opens and closes
-NEAR = 1e-2  # residual below which a tangent may serve again,
-QUICK, SLOWER = 0.1, 0.3  # and the falls of the residual by a new one and by a used one that let it
 STALL = 6  # iterations in which the residual has to halve
 LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
 @dataclass
 class Outcome:
-    """How an increment went. residuals: relative out-of-balance force of every iteration; tangents: iterations
-    that took a new one; dynamic: it had inertia; snaps: corrections kept going
-    against the residual, as where the sheet buckles."""
+    """How an increment went. residuals: relative out-of-balance force of every iteration; dynamic: it had inertia;
+    snaps: corrections kept going against the residual, as where the sheet buckles."""
 
     converged: bool = False
     snaps: bool = False
     iterations: int = 0
-    tangents: int = 0
     dynamic: bool = False
     augmentations: int = 0
     residuals: list = field(default_factory=list)
     reason: str = ""
-
-
-class Linear:
-    """The linear system of a correction, with its factors: they serve again where the tangent has hardly changed.
-
-    Tools that carry loads are eliminated by bordering.
-    """
-
-    def __init__(self, solver):
-        self.solver = solver
-
-    def renew(self, tangent, softest):
-        """Take a new tangent. softest : (k,) least stiffness of a tool under its load [N/mm]"""
-        self.solver.factorize(tangent.blocks)
-        self.row = tangent.row
-        if len(softest):
-            self.coupled = self.solver.solve(tangent.column)
-            softer = np.diag(np.maximum(softest - np.diagonal(tangent.corner), 0.0))
-            self.schur = tangent.corner + softer - np.einsum("ncj,nck->jk", self.row, self.coupled)
-
-    def correction(self, residual, balance):
-        """Movement of the nodes (n + k, 3) and of the tools that carry loads (k,) that it asks for."""
-        free = self.solver.solve(residual)
-        if not len(balance):
-            return free, balance
-        tools = np.linalg.solve(self.schur, balance - np.einsum("ncj,nc->j", self.row, free))
-        return free - self.coupled @ tools, tools
 
 
 def solve_increment(equilibrium, solver, old, new, fraction, method, scale_floor):
@@ -70,21 +39,32 @@ def solve_increment(equilibrium, solver, old, new, fraction, method, scale_floor
         iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out)
         if not out.converged or deepest(new) <= method.penetration * thickness:
             return out
-        for contact in new.tools.values():
-            for foot in contact.feet:
-                foot.multiplier[:] = foot.normal_force
+        augment(equilibrium, new)
         out.converged = False
     out.reason = f"overlap of {deepest(new):.1e} mm after {AUGMENTATIONS} augmentations"
     return out
 
 
-def deepest(state):
-    """Largest overlap [mm] of a node and the one tool it touches, at whichever foot.
+def augment(equilibrium, new):
+    """Multipliers take over the forces of nodes that touch one tool, which go back onto its face with the force they
+    have."""
+    still = np.zeros_like(new.sheet.u), 0.0 * coordinates(equilibrium.driven, new)
+    foreseen, alone = equilibrium.foresee(*still), on_one_tool(new)
+    for contact in new.tools.values():
+        for foot in contact.feet:
+            foot.multiplier[alone] = foot.normal_force[alone]
+    equilibrium.put_back(new, foreseen, 0.0)
 
-    A node pinched between two tools is left out: there the overlap is the sheet's own squeeze, which no multiplier
-    can take away from two rigid tools.
-    """
-    alone = np.sum([contact.touching for contact in state.tools.values()], axis=0) == 1
+
+def on_one_tool(state):
+    """Whether a node touches one tool, (n,). One pinched between two is none of augmentation's: there the overlap is
+    the sheet's own squeeze, which no multiplier can take away from two rigid tools."""
+    return np.sum([contact.touching for contact in state.tools.values()], axis=0) == 1
+
+
+def deepest(state):
+    """Largest overlap [mm] of a node and the one tool it touches, at whichever foot."""
+    alone = on_one_tool(state)
     feet = [foot for contact in state.tools.values() for foot in contact.feet]
     return max((-foot.gap[alone & (foot.status != OPEN)].min(initial=0.0) for foot in feet), default=0.0)
 
@@ -100,19 +80,15 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
         residual, balance, scale = equilibrium.evaluate(old, new, fraction, first)
         return Trial(residual, balance, relative(residual, balance, scale, scale_floor))
 
-    here, moved, uphill, begun = trial(first=True), np.inf, 0, len(out.residuals)
+    here, moved, uphill, begun = trial(first=not out.residuals), np.inf, 0, len(out.residuals)
     least = 0.0 if equilibrium.snapped else BUCKLING[0]
-    linear, serves = Linear(solver), False
     for _ in range(newton.iterations):
         out.residuals.append(here.error)
         if not np.isfinite(here.error):
             out.reason = "the residual is not a number"
             return
         try:
-            if not serves:
-                linear.renew(equilibrium.tangent(), softest)
-                out.tangents += 1
-            dx, dw = linear.correction(here.residual, here.balance)
+            dx, dw = correction(solver, equilibrium.tangent(), here, softest)
         except (RuntimeError, np.linalg.LinAlgError):
             out.reason = "the tangent is singular"
             return
@@ -129,22 +105,34 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
             out.snaps, out.reason = True, "the sheet snaps"
             return
         before = here
-        here, step = line_search(trial, before, Path(new, equilibrium.driven, dx, dw), newton.residual)
+        here, step = line_search(trial, before, Path(equilibrium, new, dx, dw), newton.residual)
         if stalls(out.residuals[begun:], here.error):
             out.residuals.append(here.error)
-            out.converged = here.error <= newton.enough
+            out.converged = here.error <= newton.residual
             out.reason = f"the residual stays at {here.error:.1e}"
             return
         # The next correction, if the residual's fall goes on: what the movement still lacks.
         moved = step * np.abs(dx).max()
-        fall = here.error / max(before.error, 1e-300)
-        serves = newton.reuse and step == cap == 1.0 and here.error < NEAR and fall < (SLOWER if serves else QUICK)
-        lacking = moved * min(1.0, fall) if step == cap == 1.0 else moved
+        lacking = moved * min(1.0, here.error / max(before.error, 1e-300)) if step == cap == 1.0 else moved
         if here.error <= newton.residual and lacking <= newton.correction * size:
             out.residuals.append(here.error)
             out.converged = True
             return
     out.reason = f"residual {here.error:.1e} of {newton.residual:.0e}, last movement {moved:.1e} mm"
+
+
+def correction(solver, tangent, here, softest):
+    """Movement of the unknowns (n + k, 3) and of the tools that carry loads (j,), eliminated by bordering, that the
+    forces out of balance ask for. softest : (j,) least stiffness of a tool under its load [N/mm]"""
+    solver.factorize(tangent.blocks)
+    free = solver.solve(here.residual)
+    if not len(softest):
+        return free, here.balance
+    coupled = solver.solve(tangent.column)
+    softer = np.diag(np.maximum(softest - np.diagonal(tangent.corner), 0.0))
+    schur = tangent.corner + softer - np.einsum("ncj,nck->jk", tangent.row, coupled)
+    tools = np.linalg.solve(schur, here.balance - np.einsum("ncj,nc->j", tangent.row, free))
+    return free - coupled @ tools, tools
 
 
 def stalls(residuals, last):
@@ -166,16 +154,19 @@ class Trial(NamedTuple):
 
 
 class Path:
-    """Positions and coordinates of the driven tools along a correction, from where a state has them."""
+    """Positions and coordinates of the driven tools along a correction, from where a state has them; nodes that touch
+    stay on their tools."""
 
-    def __init__(self, state, driven, dx, dw):
-        self.state, self.driven, self.dx, self.dw = state, driven, dx, dw
-        self.start = state.sheet.u.copy(), coordinates(driven, state)
+    def __init__(self, equilibrium, state, dx, dw):
+        self.equilibrium, self.state, self.dx, self.dw = equilibrium, state, dx, dw
+        self.start = state.sheet.u.copy(), coordinates(equilibrium.driven, state)
+        self.foreseen = equilibrium.foresee(dx, dw)
 
     def go(self, step):
         """Move to a part of the correction."""
         self.state.sheet.u[:] = self.start[0] + step * self.dx
-        move_tools(self.driven, self.state, self.start[1] + step * self.dw)
+        move_tools(self.equilibrium.driven, self.state, self.start[1] + step * self.dw)
+        self.equilibrium.put_back(self.state, self.foreseen, step)
 
 
 def line_search(trial, before, path, enough):

@@ -45,7 +45,7 @@ def punch_stretch(size=2.5, travel=5.0, mu=0.15, arrangement="structured", **opt
 
 def test_newton_converges_quadratically_with_friction(caplog):
     with caplog.at_level(logging.INFO, logger="cadlink"):
-        results = form(punch_stretch(), Implicit(newton=Newton(residual=1e-9, reuse=False)), frames=5)
+        results = form(punch_stretch(), Implicit(newton=Newton(residual=1e-9, correction=1e-6)), frames=5)
     orders = []
     for line in (r.message for r in caplog.records if r.message.startswith("fraction")):
         r = np.array([float(text) for text in line.split("residuals")[1].split()])
@@ -56,17 +56,6 @@ def test_newton_converges_quadratically_with_friction(caplog):
     assert results.finished
     assert len(orders) >= 5
     assert np.median(orders) > 1.8
-
-
-def test_a_tangent_that_serves_again_leads_to_the_same_place():
-    steady = Increments(first=0.4, largest=10.0, swift=0, slow=100)
-    ways = [Implicit(newton=Newton(residual=1e-9, reuse=reuse), increments=steady) for reuse in (False, True)]
-    newest, again = (form(punch_stretch(), way) for way in ways)
-    assert newest.history["tangents"] == newest.history["iterations"]
-    assert np.sum(again.history["tangents"]) < 0.9 * np.sum(newest.history["tangents"])
-    assert again.history["stroke"] == pytest.approx(newest.history["stroke"])
-    assert again.frames[-1].points == pytest.approx(newest.frames[-1].points, abs=1e-7)
-    assert again.history["force_BALL"] == pytest.approx(newest.history["force_BALL"], rel=1e-6)
 
 
 def test_punch_force_balances_the_sheet_and_energy_is_conserved():

@@ -21,7 +21,7 @@ def ends_well(scene, folder, method=None):
     else:
         assert results.finished
         still = results.in_equilibrium()
-        assert np.array(results.history["residual"])[still].max() <= Newton().enough
+        assert np.array(results.history["residual"])[still].max() <= Newton().residual
         assert still[-1]
         check_forces(scene, results)
     return results, failure

@@ -187,7 +187,7 @@ def test_newton_stays_quadratic(name, caplog):
     ball = replace(scene.stages[0].tools[0], friction=LAWS[name])
     scene = replace(scene, stages=[replace(scene.stages[0], tools=[ball], speed=50.0)])
     with caplog.at_level(logging.INFO, logger="cadlink"):
-        results = form(scene, Implicit(newton=Newton(residual=1e-9, reuse=False)), frames=5)
+        results = form(scene, Implicit(newton=Newton(residual=1e-9, correction=1e-6)), frames=5)
     assert results.finished and results.energy["friction"] > 0.0
     orders = []
     for line in (r.message for r in caplog.records if r.message.startswith("fraction")):
