@@ -209,7 +209,7 @@ def predict(sheet, stage, tools, place, fraction, old, new):
     shift = width * place.rate
     stroke = max((abs(tool.travel) for tool in stage.tools if tool.travel is not None), default=0.0)
     farthest = width * stroke
-    if farthest > 0.0:
+    if farthest > 0.0 and place.mass is not None:
         # A node that snapped over in the last increment will not do so again: none outruns the tools.
         length = np.linalg.norm(shift, axis=1)[:, None]
         shift *= farthest / np.maximum(length, farthest)
