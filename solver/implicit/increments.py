@@ -210,7 +210,8 @@ def predict(sheet, stage, tools, place, fraction, old, new):
     stroke = max((abs(tool.travel) for tool in stage.tools if tool.travel is not None), default=0.0)
     farthest = width * stroke
     if farthest > 0.0 and place.mass is not None:
-        # A node that snapped over in the last increment will not do so again: none outruns the tools.
+        # A node that snapped over in the last increment will not do so again: none outruns the tools. (Without inertia
+        # it may: the crests of a flange that wrinkles rise faster than the punch comes down, for as long as it does.)
         length = np.linalg.norm(shift, axis=1)[:, None]
         shift *= farthest / np.maximum(length, farthest)
     new.sheet.u[:] = old.sheet.u + shift
