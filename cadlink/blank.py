@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from cadlink.blank_edges import ON_PLANE, edge_groups, nodes_on_planes
 from cadlink.errors import CadError
-from cadlink.flatness import bow
+from cadlink.flatness import bow, edge_wave
 from cadlink.lattice import (
     lattice_equilateral,
     lattice_quarter_disc,
@@ -68,7 +68,8 @@ class Mesh:
 
 
 def mesh_blank(
-    outline, size, *, arrangement="unstructured", shape="triangle", symmetry=(), z=None, flatness=0.0, timeout=120.0
+    outline, size, *, arrangement="unstructured", shape="triangle", symmetry=(), z=None, flatness=0.0, edge_waves=None,
+    timeout=120.0,
 ):  # fmt: skip
     """A flat blank as a mesh, ready to be formed.
 
@@ -82,6 +83,7 @@ def mesh_blank(
     z : height of the mesh [mm]; None leaves a part where it is, and other outlines at 0
     flatness : how far from flat the blank is delivered [mm]: it rises from its plane by at most that, smoothly, along
         the normal, or against it where negative (cadlink.flatness); 0 is perfectly flat
+    edge_waves : that many waves round the edge make it so, an even number beside symmetry; None is a bow of many waves
     timeout : seconds gmsh may take
     returns : Mesh. Nodes on a symmetry plane are on it exactly; the same input gives the same mesh;
         neighbouring cells and nodes have near numbers
@@ -90,6 +92,7 @@ def mesh_blank(
     _check_choices(size, arrangement, shape, z, flatness, timeout)
     outline, frame = _placed(outline, z)
     cuts = _half_planes(symmetry, frame.axes)
+    _check_waves(edge_waves, flatness, cuts)
     expected = outline.area / size**2 / 2 ** len(cuts) * (2.0 if shape == "triangle" else 1.0)
     if expected > MOST_CELLS:
         raise CadError(f"mesh_blank size: {size:g} mm makes {expected:.0e} cells; expected at most {MOST_CELLS:.0e}")
@@ -101,7 +104,11 @@ def mesh_blank(
 
     xy, planes = nodes_on_planes(xy, cuts)
     groups = edge_groups(xy, cells, planes, loops, outline.center)
-    points = frame.origin + xy @ frame.axes[:2] + np.outer(bow(xy @ _along(cuts), flatness), frame.axes[2])
+    if edge_waves is None:
+        height = bow(xy @ _along(cuts), flatness)
+    else:
+        height = edge_wave((xy - outline.center) @ _along(cuts), flatness, edge_waves)
+    points = frame.origin + xy @ frame.axes[:2] + np.outer(height, frame.axes[2])
     for name, nodes in planes.items():
         points[nodes, AXES.index(name)] = 0.0
     return Mesh(points, cells, groups, frame.axes[2], frame.thickness)
@@ -133,6 +140,17 @@ def _check_choices(size, arrangement, shape, z, flatness, timeout):
         raise CadError(f"mesh_blank z: expected a height in mm, got {z!r}")
     if not _is_number(flatness):
         raise CadError(f"mesh_blank flatness: expected a height in mm, got {flatness!r}")
+
+
+def _check_waves(edge_waves, flatness, cuts):
+    if edge_waves is None:
+        return
+    if isinstance(edge_waves, bool) or not isinstance(edge_waves, (int, np.integer)) or edge_waves < 1:
+        raise CadError(f"mesh_blank edge_waves: expected a whole number of waves > 0, got {edge_waves!r}")
+    if cuts and edge_waves % 2:
+        raise CadError(f"mesh_blank edge_waves: expected an even number beside symmetry, got {edge_waves!r}")
+    if flatness == 0.0:
+        raise CadError("mesh_blank edge_waves: expected a flatness other than 0, their height in mm, got 0")
 
 
 def _is_number(value):

@@ -1,7 +1,8 @@
-"""How far from flat a blank is delivered: a smooth bow of stated height.
+"""How far from flat a blank is delivered: a smooth bow, or a wavy edge, of stated height.
 
 A perfectly flat blank pressed by perfectly flat tools has no reason to wrinkle to one side rather than the other, so it
-does so late or not at all. Real sheets are flat within a tolerance (EN 10131), which decides where wrinkles begin.
+does so late or not at all. Real sheets are flat within a tolerance (EN 10131), which decides where wrinkles begin; and
+waves that are there from the start grow, rather than a number of them that the least of things decides.
 """
 
 import numpy as np
@@ -23,6 +24,19 @@ def bow(xy, flatness):
     every = np.linspace(0.0, 1.0, 8 * WAVES + 1)
     grid = _waves(*np.meshgrid(every, every))
     return flatness * (_waves(*((xy - low) / (high - low)).T) - grid.min()) / np.ptp(grid)
+
+
+def edge_wave(xy, flatness, waves):
+    """Height of a blank with a wavy edge above the plane it lies on, (n,) mm, from 0 to at most `flatness`; below it
+    where that is negative.
+
+    xy : (n, 2) mm in the blank's plane, from its middle; waves : whole ones round the edge
+
+    flatness (1 + (r/R)^2 cos(waves theta)) / 2, with R the farthest distance from the middle and theta from the first
+    axis: an even number of waves is symmetric about both axes.
+    """
+    square = np.sum(xy * xy, axis=1)
+    return 0.5 * flatness * (1.0 + square / square.max() * np.cos(waves * np.arctan2(xy[:, 1], xy[:, 0])))
 
 
 def _waves(x, y):

@@ -86,6 +86,7 @@ def build_blank(keys, parts):
             symmetry=tuple(described.symmetry),
             z=described.outline.z if described.outline else None,
             flatness=described.flatness,
+            edge_waves=described.edge_waves,
         )
     thickness = described.thickness or mesh.thickness
     if thickness is None:

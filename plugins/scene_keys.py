@@ -62,6 +62,12 @@ def _layers(value):
     return value
 
 
+def _waves(value):
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise wrong(shown(value), "a whole number of waves round the blank's edge, such as 12")
+    return value
+
+
 Layers = Annotated[int, BeforeValidator(_layers)]
 
 
@@ -73,6 +79,7 @@ class Blank(Table):
     symmetry: list[Literal["x", "y"]] = []
     thickness: PositiveLength | None = None
     flatness: Length = 0.0
+    edge_waves: Annotated[int, BeforeValidator(_waves)] | None = None
     element: Literal["shell", "membrane"] = "shell"
     layers: Layers | None = None
     rolling: Direction = (1.0, 0.0, 0.0)

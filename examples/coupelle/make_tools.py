@@ -7,7 +7,7 @@
     BLANK    =====================================   z = 0 ... t
     die      __________  \\     |     /  __________   top at z = 0
                        \\  \\_   |   _/  /
-                        \\__ ---'--- __/              depth 38, raised seat in the middle
+                        \\__ ---'--- __/              depth 17.5, raised seat in the middle
 
 The founding paper shows a 'coupelle', the cup that bears a car's suspension spring, and gives no dimensions. These are
 ours: one smooth profile for the middle of the formed sheet, from the raised seat on the axis over a valley and a
@@ -23,14 +23,14 @@ import cadquery as cq
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-THICKNESS = 0.5
+THICKNESS = 0.8
 CLEARANCE = 0.1  # between the closed tools, beyond the thickness
 # Middle of the formed sheet: radius, height [mm]; a spline of continuous curvature passes through, level at both ends.
-PROFILE = ((0.0, -33.0), (12.0, -34.5), (22.0, -37.6), (31.5, -29.5), (41.5, -7.8), (47.5, -1.3), (55.0, 0.0))
-PUNCH_EDGE = 42.0  # radius at which the punch leaves the profile upwards
-HOLDER_EDGE, HOLDER_ROUND = 55.0, 2.0  # inner edge of the blank-holder and its rounding
-BLANK_RADIUS, TOOL_RADIUS = 95.0, 105.0
-PUNCH_TOP, DIE_BOTTOM, HOLDER_HEIGHT = 45.0, -50.0, 20.0
+PROFILE = ((0.0, -14.5), (9.0, -15.3), (18.0, -17.5), (26.0, -13.8), (34.0, -4.9), (41.0, -0.8), (48.0, 0.0))
+PUNCH_EDGE = 35.0  # radius at which the punch leaves the profile upwards
+HOLDER_EDGE, HOLDER_ROUND = 48.0, 2.0  # inner edge of the blank-holder and its rounding
+BLANK_RADIUS, TOOL_RADIUS = 75.0, 85.0
+PUNCH_TOP, DIE_BOTTOM, HOLDER_HEIGHT = 35.0, -30.0, 20.0
 STATIONS = 33  # points of the profile that the moved splines pass through
 
 

@@ -211,8 +211,9 @@ def predict(sheet, stage, tools, place, fraction, old, new):
     shift = width * place.rate
     stroke = max((abs(tool.travel) for tool in stage.tools if tool.travel is not None), default=0.0)
     farthest = width * stroke
-    if farthest > 0.0:
-        # A node that snapped over in the last increment will not do so again: none outruns the tools.
+    if farthest > 0.0 and place.mass is not None:
+        # A node that snapped over in the last increment will not do so again: none outruns the tools. (Without inertia
+        # it may: the crests of a flange that wrinkles rise faster than the punch comes down, for as long as it does.)
         length = np.linalg.norm(shift, axis=1)[:, None]
         shift *= farthest / np.maximum(length, farthest)
     new.sheet.u[:] = old.sheet.u + shift
