@@ -43,22 +43,21 @@ def layer_metrics(metric, kappa, metric0, kappa0, form0, inverse, height, stretc
     metric, kappa : (m, 3) now; metric0, kappa0, form0 : (m, 3) initially; inverse : (m, 3) A11 A22 A12;
     height : (n_layers,) above the mid-surface in the initial thickness [mm]; stretch : (m,) thickness ratio
     """
-    n_layers, n_tris, layers = height.shape[0], metric.shape[0], layers.reshape(-1)
-    metric, kappa, inverse = metric.reshape(-1), kappa.reshape(-1), inverse.reshape(-1)
-    metric0, kappa0, form0 = metric0.reshape(-1), kappa0.reshape(-1), form0.reshape(-1)
-    for tri in prange(n_tris):
-        i, j, k = 3 * tri, 3 * tri + 1, 3 * tri + 2
-        k1, k2, k3, lam = kappa[i], kappa[j], kappa[k], stretch[tri]
-        c1, c2, c3 = third_form(k1, k2, k3, inverse[i], inverse[j], inverse[k])
+    n_layers = height.shape[0]
+    for tri in prange(metric.shape[0]):
+        k1, k2, k3 = kappa[tri, 0], kappa[tri, 1], kappa[tri, 2]
+        c1, c2, c3 = third_form(k1, k2, k3, inverse[tri, 0], inverse[tri, 1], inverse[tri, 2])
         # Twice the strain is in the metric, but the metric's shear is half of the strain's.
-        flat1, flat2, flat3 = 1.0 + metric[i] - metric0[i], 1.0 + metric[j] - metric0[j], metric[k] - metric0[k]
-        bend1, bend2, bend3 = 2.0 * (k1 - kappa0[i]), 2.0 * (k2 - kappa0[j]), k3 - kappa0[k]
-        curl1, curl2, curl3 = c1 - form0[i], c2 - form0[j], 0.5 * (c3 - form0[k])
+        flat1, flat2 = 1.0 + metric[tri, 0] - metric0[tri, 0], 1.0 + metric[tri, 1] - metric0[tri, 1]
+        flat3 = metric[tri, 2] - metric0[tri, 2]
+        bend1, bend2, bend3 = 2.0 * (k1 - kappa0[tri, 0]), 2.0 * (k2 - kappa0[tri, 1]), k3 - kappa0[tri, 2]
+        curl1, curl2, curl3 = c1 - form0[tri, 0], c2 - form0[tri, 1], 0.5 * (c3 - form0[tri, 2])
         for layer in range(n_layers):
-            z, q = height[layer] * lam, 3 * (tri * n_layers + layer)
-            layers[q] = flat1 + z * (bend1 + z * curl1)
-            layers[q + 1] = flat2 + z * (bend2 + z * curl2)
-            layers[q + 2] = flat3 + z * (bend3 + z * curl3)
+            z = height[layer] * stretch[tri]
+            p = tri * n_layers + layer
+            layers[p, 0] = flat1 + z * (bend1 + z * curl1)
+            layers[p, 1] = flat2 + z * (bend2 + z * curl2)
+            layers[p, 2] = flat3 + z * (bend3 + z * curl3)
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -67,25 +66,23 @@ def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
 
     s : (m n_layers, 3) second Piola-Kirchhoff stress; weight : (n_layers,), sums to 1
     """
-    n_layers, n_tris, result = height.shape[0], result.shape[0], result.reshape(-1)
-    s, kappa, inverse = s.reshape(-1), kappa.reshape(-1), inverse.reshape(-1)
-    for tri in prange(n_tris):
+    n_layers = height.shape[0]
+    for tri in prange(result.shape[0]):
         force1 = force2 = force3 = moment1 = moment2 = moment3 = second1 = second2 = second3 = 0.0
-        lam = stretch[tri]
         for layer in range(n_layers):
-            w, z, q = weight[layer] * thickness, height[layer] * lam, 3 * (tri * n_layers + layer)
-            s1, s2, s3 = w * s[q], w * s[q + 1], w * s[q + 2]
+            w, z, p = weight[layer] * thickness, height[layer] * stretch[tri], tri * n_layers + layer
+            s1, s2, s3 = w * s[p, 0], w * s[p, 1], w * s[p, 2]
             force1, force2, force3 = force1 + s1, force2 + s2, force3 + s3
             s1, s2, s3 = z * s1, z * s2, z * s3
             moment1, moment2, moment3 = moment1 + s1, moment2 + s2, moment3 + s3
             second1, second2, second3 = second1 + z * s1, second2 + z * s2, second3 + z * s3
-        i = 3 * tri
-        b11, b12, b21, b22 = mixed(kappa[i], kappa[i + 1], kappa[i + 2], inverse[i], inverse[i + 1], inverse[i + 2])
-        i = 6 * tri
-        result[i], result[i + 1], result[i + 2] = force1, force2, force3
-        result[i + 3] = moment1 + second1 * b11 + second3 * b12
-        result[i + 4] = moment2 + second2 * b22 + second3 * b21
-        result[i + 5] = moment3 + 0.5 * (second1 * b21 + second2 * b12 + second3 * (b11 + b22))
+        b11, b12, b21, b22 = mixed(
+            kappa[tri, 0], kappa[tri, 1], kappa[tri, 2], inverse[tri, 0], inverse[tri, 1], inverse[tri, 2]
+        )
+        result[tri, 0], result[tri, 1], result[tri, 2] = force1, force2, force3
+        result[tri, 3] = moment1 + second1 * b11 + second3 * b12
+        result[tri, 4] = moment2 + second2 * b22 + second3 * b21
+        result[tri, 5] = moment3 + 0.5 * (second1 * b21 + second2 * b12 + second3 * (b11 + b22))
 
 
 @njit(**POINT)
