@@ -116,7 +116,7 @@ def follow(scene, method, farthest, *, loaded=False, last=1.0, first=0.02, n_ste
 def correct(equilibrium, solver, old, new, load, factor, step, v, size, length):
     """Bring new into equilibrium at the distance `size` of old, or at the load factor + step where size is None, from
     the prediction v step. Returns (load factor, iterations), or None where it does not converge."""
-    newton = Newton()
+    newton = Newton(residual=1e-6, correction=1e-6)
     new.copy_from(old)
     new.sheet.u += step * v
     factor += step

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from solver import Blank, Implicit, Scene, Shell, Stage, StepFailed, form
+from solver import Blank, Implicit, Newton, Scene, Shell, Stage, StepFailed, form
 from solver.elements.patches import neighbours
 from solver.materials.law import Law, strains
 
@@ -14,6 +14,7 @@ from .arc_length import follow
 from .shell_limits import limit_rows
 from .shell_problems import PROBLEMS
 
+TIGHT = Implicit(Newton(residual=1e-6, correction=1e-6))  # the element's error alone is left
 STEPS = 25  # along a path, at least: none moves a node farther than this part of the largest displacement
 
 
@@ -121,14 +122,14 @@ def path_of(case, scene):
     take the product's own march, dead loads the arc length."""
     start = scene.blank.mesh.points
     if "moments" in case.loads:
-        results = form(scene, Implicit(), frames=1)
+        results = form(scene, TIGHT, frames=1)
         places, iterations = (
             [(0.0, start), (1.0, results.frames[-1].points)],
             int(np.sum(results.history["iterations"])),
         )
     else:
         farthest = np.abs(case.curve[:, 1:]).max() / STEPS
-        steps = list(follow(scene, Implicit(), farthest, loaded=case.wrinkles, last=case.curve[-1, 0]))
+        steps = list(follow(scene, TIGHT, farthest, loaded=case.wrinkles, last=case.curve[-1, 0]))
         places, iterations = [step[:2] for step in steps], sum(step[2] for step in steps)
     node = [(scene.blank.nodes_of(group)[0], axis, sign) for group, axis, sign in case.probes.values()]
     path = [[load, *(sign * (x[n, axis] - start[n, axis]) for n, axis, sign in node)] for load, x in places]

@@ -50,6 +50,7 @@ class Equilibrium:
         self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
         self.contact = np.empty((n, 3))
         self.motion, self.snapped = Motion(sheet, self.driven), False  # see inertia.py; whether there was any
+        self.puts_back = True  # nodes onto the faces after each correction
         self.contact_blocks = {run.tool.name: np.empty((n, 3, 3)) for run in tools}
         self.foot_blocks = np.empty((n, 3, 3))
         self.blocks = np.empty((len(sheet.pattern.block_row), 3, 3))
@@ -98,7 +99,8 @@ class Equilibrium:
 
     def follow_tools(self, old, new):
         """Put predicted nodes on the tools of prescribed motion, along the exact curvature and with the thickness of
-        now: those that touch back to the gap they had, others that would overlap to where a small force begins."""
+        now: those that touch back to the gap they had; others that would overlap to where a small force begins, if
+        they come from farther away."""
         touching = np.any([contact.touching for contact in old.tools.values()], axis=0)
         for run in self.tools:
             before = old.tools[run.tool.name]
@@ -108,10 +110,13 @@ class Equilibrium:
             held = before.touching
             ajar = (1.0 - LANDING) * self.skin
             nodes, hit = run.neighbourhood.project(place, np.where(held, np.inf, self.half_thickness + ajar))
+            way = (place - to_tool(run, before, old.sheet.x))[nodes]
+            left = hit.distance - self.half_thickness[nodes] - np.einsum("nc,nc->n", hit.normal, way)
             hit = to_space(run, new.tools[run.tool.name], hit)
             gap = hit.distance - self.half_thickness[nodes]
             kept = np.min([np.where(foot.status != OPEN, foot.gap, np.inf)[nodes] for foot in before.feet], axis=0)
-            wanted = np.where(held[nodes], kept, np.where(touching[nodes], gap, np.maximum(gap, ajar)))
+            lands = np.maximum(gap, np.clip(left, 0.0, ajar))
+            wanted = np.where(held[nodes], kept, np.where(touching[nodes], gap, lands))
             new.sheet.x[nodes] += np.where(self.fixed[nodes], 0.0, (wanted - gap)[:, None] * hit.normal)
 
     def foresee(self, dx, dw):
@@ -120,6 +125,8 @@ class Equilibrium:
 
     def put_back(self, new, foreseen, step):
         """Put the nodes on the tools after a part of a correction; see contact/put_back.py."""
+        if not self.puts_back:
+            return
         put_back(self.tools, new, foreseen, step, self.half_thickness, self.skin, self.fixed[: len(self.sheet.points)])
 
     def evaluate(self, old, new, fraction, first=False):

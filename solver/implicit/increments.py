@@ -97,20 +97,21 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             place = place._replace(width=1.0) if presses else place._replace(fraction=0.0, width=limits.first)
     equilibrium.loads.relief = place.relief
     end = 0.0 if stage.is_springback else 1.0
-    inertia, pushed, cuts, astray, rested = Inertia(sheet), 0.0, 0, 0, place.fraction
+    inertia, pushed, cuts, astray, rested, failed = Inertia(sheet), 0.0, 0, 0, place.fraction, False
     while place.fraction < end or place.settles:
         relieving = place.fraction < 0.0
         least = 0.1 * RELIEF if relieving else limits.first
         width, fraction = target(place, stops)
         motion = Motion(sheet, equilibrium.driven, place.mass, width, place.rate, place.rates)
         equilibrium.motion, equilibrium.snapped = motion, inertia.known
+        equilibrium.puts_back = not failed  # what has not helped is left out of the next attempt
         new.copy_from(old)
         predict(sheet, stage, tools, place, fraction, old, new)
         equilibrium.begin(old, new, max(fraction, 0.0) - max(place.fraction, 0.0))
         outcome = solve_increment(equilibrium, solver, old, new, fraction, method, floor)
         trail = " ".join(f"{r:.1e}" for r in outcome.residuals)
-        outcome.dynamic = place.mass is not None
-        if not outcome.converged:
+        outcome.dynamic, failed = place.mass is not None, not outcome.converged
+        if failed:
             cuts += 1
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
             place = retreat(place, width, least, inertia, outcome.snaps)

@@ -8,11 +8,13 @@ class Newton:
     """When an increment has converged.
 
     residual : of the out-of-balance force, relative to the forces in play
+    enough : the same where it falls no further, as where a node comes and goes
     correction : of the movement of a node that is still lacking, relative to the mesh size
     iterations : more than this and the increment is cut
     """
 
     residual: float = 5e-4
+    enough: float = 5e-4
     correction: float = 1e-4
     iterations: int = 25
 

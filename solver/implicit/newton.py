@@ -108,7 +108,7 @@ def iterate(equilibrium, solver, old, new, fraction, method, scale_floor, out):
         here, step = line_search(trial, before, Path(equilibrium, new, dx, dw), newton.residual)
         if stalls(out.residuals[begun:], here.error):
             out.residuals.append(here.error)
-            out.converged = here.error <= newton.residual
+            out.converged = here.error <= max(newton.enough, newton.residual)
             out.reason = f"the residual stays at {here.error:.1e}"
             return
         # The next correction, if the residual's fall goes on: what the movement still lacks.

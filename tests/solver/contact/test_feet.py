@@ -4,7 +4,21 @@ import numpy as np
 import pytest
 
 from cadlink.feet import Feet
-from solver import Blank, Coulomb, Implicit, Material, Membrane, PlanarHill, Scene, Shell, Stage, Swift, Tool, form
+from solver import (
+    Blank,
+    Coulomb,
+    Implicit,
+    Material,
+    Membrane,
+    Newton,
+    PlanarHill,
+    Scene,
+    Shell,
+    Stage,
+    Swift,
+    Tool,
+    form,
+)
 from solver.checkpoint import load_checkpoint, save_checkpoint
 from solver.contact.drive import ToolRun, build_drive
 from solver.contact.feet import feet_per_node, places
@@ -215,7 +229,8 @@ def test_an_edge_lowered_into_a_groove_shares_its_load_between_both_walls():
     blank = Blank(mesh, T, STEEL, Shell(3), fixed={"all": "y", "right": "yz"})
     scene = Scene(blank, [Stage([Tool("GROOVE", groove, axis=(1, 0, 0))], moved={"right": (-0.03, None, None)})])
     kept = {}
-    results = form(scene, frames=1, watch=lambda p: kept.update(cuts=p.n_cut_backs))
+    method = Implicit(Newton(residual=1e-6, correction=1e-6))
+    results = form(scene, method, frames=1, watch=lambda p: kept.update(cuts=p.n_cut_backs))
     assert results.finished and kept["cuts"] == 0
     push = -results.history["reaction_right_x"][-1]
     assert push > 100.0
