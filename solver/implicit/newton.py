@@ -13,7 +13,7 @@ ACCEPT = 0.8  # share of the starting energy slope below which a step is taken a
 AUGMENTATIONS = 10
 UPHILL = 3  # corrections against the residual: no stable equilibrium is near
 BUCKLING = 3e-5, 1e-2  # residuals that tell of that, and not of a contact that opens and closes
-STALL = 6  # iterations in which the residual has to halve
+STALL = 8  # iterations in which the residual has to halve
 LONGEST = 0.1  # movement of a node in one iteration, relative to the mesh size
 
 
