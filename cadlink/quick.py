@@ -42,6 +42,7 @@ from cadlink.rim import (
     cell_of,
     patch_room,
     room_of_cells,
+    room_to_boundary,
     uv_of_form,
 )
 from cadlink.skin import ON_FACE, ON_LEAF
@@ -100,14 +101,17 @@ def place_on_face(face, rim, rasters, pieces, ctrl, x, y, z, rho, m, v, h, work)
 
 
 @njit(**POINT)
-def room_inside(face, rim, rasters, p):
+def room_inside(face, rim, rasters, pieces, p):
     """How far [mm] a point whose foot is inside its face may move before the foot can leave it; 0 where that is
     not told: by curved faces with a raster, which may go on beyond its end."""
     single, _, x, y, z, rho, m, v = distance_to_form(face, rim, p)
     room = box_room(face, rim, x, y, z, rho, v)
     if rim.kind == RASTER:
-        cells = cell_of(face, rim, rasters, x, y) if face.form == PLANE else 0
-        room = min(room, room_of_cells(face, cells, rasters.shape[1], rho, m)) if cells > 0 else 0.0
+        cells = cell_of(face, rim, rasters, x, y) if face.form == PLANE else -1
+        if cells > 1:
+            room = min(room, room_of_cells(face, cells, rasters.shape[1], rho, m))
+        else:
+            room = room_to_boundary(face, pieces, x, y) if cells >= 0 else 0.0
     return max(room, 0.0) if single and rim.kind != ODD else 0.0
 
 

@@ -10,7 +10,7 @@ raster: for each of its cells the number of cells to the nearest one that the bo
 through, + inside the face, - outside; 0 asks the exact boundary (trim.py).
 """
 
-from math import atan2, pi, sin
+from math import atan2, pi, sin, sqrt
 
 import numpy as np
 from numba import njit
@@ -254,6 +254,26 @@ def at_boundary(face, pieces, ctrl, u, v, band_u, band_v, work):
         if inside(face, pieces, ctrl, a, b, work):
             return UNSURE
     return OUT
+
+
+@njit(**POINT)
+def room_to_boundary(face, pieces, u, v):
+    """How far (u, v) [mm] on a plane is at least from the boundary of a face: straight pieces exactly, curved ones by
+    the box they lie in."""
+    room = np.inf
+    for k in range(face.piece_first, face.piece_last):
+        piece = pieces[k]
+        u0, v0, u1, v1 = piece.ends[0], piece.ends[1], piece.ends[2], piece.ends[3]
+        if piece.degree == 1:
+            du, dv = u1 - u0, v1 - v0
+            size = du * du + dv * dv
+            s = min(1.0, max(0.0, ((u - u0) * du + (v - v0) * dv) / size)) if size > 0.0 else 0.0
+            a, b = u - u0 - s * du, v - v0 - s * dv
+        else:
+            a = max(0.0, max(piece.reach[0] - u, u - piece.reach[1]))
+            b = max(0.0, max(min(v0, v1) - v, v - max(v0, v1)))
+        room = min(room, a * a + b * b)
+    return sqrt(room)
 
 
 @njit(forceinline=True, **POINT)

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from cadlink.closest import CHUNK, COLUMNS, WITH_MODEL, Hints, project_points, track_forms
+from cadlink.closest import CHUNK, COLUMNS, FEW, WITH_MODEL, Hints, project_points, track_few, track_forms
 from cadlink.feet import further_feet
 from cadlink.pick import pick_faces
 from cadlink.projection import checked_points, checked_seed, empty_projection
@@ -32,7 +32,7 @@ class ToolSurface:
         self.skin = build_skin(part.record["skin"], faces)
         self.hints = None
         self.hollows = {}
-        self.left = self.counts = np.empty(0, np.int64)  # scratch of `follow`
+        self.scratch = ()  # of `follow`: see track_forms
         # Tells its own seeds from those of other surfaces.
         self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
         self.columns = WITH_MODEL if len(self.skin.leaves) else COLUMNS
@@ -61,12 +61,16 @@ class ToolSurface:
         rows : (k,) of points (n, 3) mm, finite and contiguous, that are looked at; none is checked
         hit : a Projection of n points by this surface, of which these rows are overwritten; seeds of zeros are blank
         """
-        skin = self.skin
-        if len(self.left) < len(points):
-            self.left, self.counts = np.empty(len(points), np.int64), np.empty(len(points) // CHUNK + 1, np.int64)
-        n = track_forms(skin.items, skin.faces, skin.rims, self.stamp, rows, points, *hit, self.counts, self.left)
-        if n:
-            project_points(skin, self.hints, self.stamp, self.left[:n], points, hit.seed, *hit)
+        skin, n = self.skin, len(points)
+        if not self.scratch or len(self.scratch[1]) < n:
+            self.scratch = np.empty((n // CHUNK + 1, 2), np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+        track = track_few if len(rows) < FEW else track_forms
+        n_left = track(
+            skin.items, skin.faces, skin.rims, skin.rasters, skin.pieces, skin.ctrl, self.stamp, rows, points, *hit,
+            *self.scratch,
+        )  # fmt: skip
+        if n_left:
+            project_points(skin, self.hints, self.stamp, self.scratch[1][:n_left], points, hit.seed, *hit)
 
     def feet(self, points, hit, reach):
         """Feet beside the nearest: where the distance has its other minima, two for each point at most.

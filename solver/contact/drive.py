@@ -247,17 +247,21 @@ def movement_of(run, state, dz):
     return np.einsum("j,jnc->nc", dz, lanes(run, contact, spins(run, contact)[0], state.sheet.x))
 
 
-def pushed_back(run, state, pins):
-    """b (l,) [mm] of the pins, at p + pins (l, 3) beside the pivot now."""
-    drive, contact = run.drive, state.tools[run.tool.name]
-    other = drive.carrier
+def way_back(run, state):
+    """How far [mm] a tool's pivot is pushed back."""
+    contact, other = state.tools[run.tool.name], run.drive.carrier
     if other is None:
         back = contact.rest[0] - contact.travel[0]
     else:
         # The carrier may have left since first touch: counted from the stage's start.
         back = run.start - contact.travel[0]
         back += (state.tools[other.tool.name].travel[0] - other.start) * float(other.axis @ run.axis)
-    return run.press * (back - (pins - drive.pins) @ run.axis)
+    return float(run.press * back)
+
+
+def pushed_back(run, state, pins):
+    """b (l,) [mm] of the pins, at p + pins (l, 3) beside the pivot now."""
+    return way_back(run, state) - run.press * ((pins - run.drive.pins) @ run.axis)
 
 
 def pin_forces(drive, back):
@@ -276,9 +280,9 @@ def _pins_now(run, contact):
 
 
 def force_borne(run, state):
-    """Force [N] that bears a tool now, of the modelled share."""
-    pins = _pins_now(run, state.tools[run.tool.name])
-    return float(pin_forces(run.drive, pushed_back(run, state, pins))[0].sum())
+    """Force [N] that bears a tool that does not tilt now, of the modelled share: its pins are pushed back alike."""
+    drive, back = run.drive, way_back(run, state)
+    return max(drive.load + drive.stiffness * back, 0.0) + drive.solid * max(back - drive.stop, 0.0)
 
 
 def load_on(run, state, uplift=None):

@@ -30,7 +30,7 @@ class Neighbourhood:
     """
 
     def __init__(self, surface, n_nodes):
-        self.surface = surface
+        self.surface, self.in_place = surface, hasattr(surface, "follow")
         self.place = np.zeros((n_nodes, 3))
         self.distance = np.full(n_nodes, -np.inf)
         self.hit = None
@@ -52,7 +52,7 @@ class Neighbourhood:
     def follow(self, nodes):
         """Project these nodes (k,) from where `place` says they are now, into `hit`; in place if the surface can."""
         self.n_projected += len(nodes)
-        if self.hit is not None and hasattr(self.surface, "follow"):
+        if self.in_place and self.hit is not None:
             self.surface.follow(nodes, self.place, self.hit)
             return
         found = self.surface.project(self.place[nodes], None if self.hit is None else self.hit.seed[nodes])

@@ -23,21 +23,23 @@ from ..contact.node_on_tool import OPEN, SLIP, STICK
 from .corners import Walls, meet_walls
 from .laws import BY_PATH, GRIP, KINEMATIC, PENALTY, answer, grip_of, velocity_at
 
+FEW = 1000  # nodes that one thread meets sooner than several begin
+
 
 @njit(cache=True)
-def wake(points, shift, place, distance, reach, before, normal_force, tau, status, near):
+def wake(points, travel, axis, place, distance, reach, before, normal_force, tau, status, near):
     """Fills near with the nodes that may lie closer to the tool than their reach, and their rows of place with where
     they are now; opens those that were near before. Returns how many. What is not a number is near nothing.
 
-    points : the first n rows are nodes; shift : (3,) travel of the tool; place (n, 3), distance (n,): where each was
-    projected last, in the tool's frame, and how far from it; the distance changes by no more than the node moves.
+    points : the first n rows are nodes; travel (1,) of the tool along its axis (3,); place (n, 3), distance (n,):
+    where each was projected last, in the tool's frame, and how far from it; it changes by no more than the node moves.
     """
     for k in range(before.shape[0]):
         node = before[k]
         normal_force[node], status[node] = 0.0, OPEN
         tau[node, 0] = tau[node, 1] = tau[node, 2] = 0.0
     count = 0
-    s1, s2, s3 = shift[0], shift[1], shift[2]
+    s1, s2, s3 = travel[0] * axis[0], travel[0] * axis[1], travel[0] * axis[2]
     for node in range(reach.shape[0]):
         x1, x2, x3 = points[node, 0] - s1, points[node, 1] - s2, points[node, 2] - s3
         slack = distance[node] - reach[node]
@@ -48,6 +50,69 @@ def wake(points, shift, place, distance, reach, before, normal_force, tau, statu
         place[node, 0], place[node, 1], place[node, 2] = x1, x2, x3
         count += 1
     return count
+
+
+@njit(forceinline=True, _nrt=False)  # counting references to its arrays would take most of its time
+def meet_node(
+    node, law, parameter, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
+    u_new, v_new, gap, normal_force, n_new, tau, status, lost,
+):  # fmt: skip
+    """One node of `meet_tool`."""
+    d = distance[node] - half_thickness[node]
+    gap[node], normal_force[node], status[node] = d, 0.0, OPEN
+    for c in range(3):
+        tau[node, c] = 0.0
+    if d >= 0.0:
+        return
+    m, tool = mass[node], velocity_at(w, u_new[node])
+    hold = vn = before = 0.0
+    for c in range(3):
+        hold += free[node, c] * normal[node, c] * normal[node, c]
+        vn += (v_new[node, c] - tool[c]) * normal[node, c]
+        before += (v[node, c] - tool[c]) * normal[node, c]
+    lost[node] = BY_PATH
+    if hold < GRIP:
+        return
+    # Along the normal.
+    gain, lift, taken = answer(law, parameter, d, vn, before, dt, dtm)
+    if taken >= 0.0:
+        lost[node] = 0.5 * m * taken / hold
+    dv, lift = gain / hold, lift / hold
+    force = m * dv / dtm
+    # Across it. A law's speed is the one that the node has, not what the step would give it without friction.
+    sliding = across = 0.0
+    for c in range(3):
+        slide = v_new[node, c] - tool[c] - vn * normal[node, c]
+        tau[node, c] = slide
+        sliding += slide * slide
+        across += (v[node, c] - tool[c]) ** 2
+    sliding = sqrt(sliding)
+    speed = sqrt(max(across - before * before, 0.0))
+    stopped = dv * grip_of(mu, laws, face[node], node, force, speed)
+    factor = 0.0
+    if stopped > 0.0 and sliding > 0.0:
+        factor = -min(1.0, stopped / sliding)
+    status[node] = STICK if stopped > 0.0 and sliding <= stopped else SLIP
+    normal_force[node] = force
+    for c in range(3):
+        slowed = factor * tau[node, c]
+        tau[node, c] = m * slowed / dtm
+        n_new[node, c] = normal[node, c]
+        v_new[node, c] += free[node, c] * (dv * normal[node, c] + slowed)
+        u_new[node, c] += free[node, c] * (lift * normal[node, c] + dt * slowed)
+
+
+@njit(cache=True)
+def meet_few(
+    law, parameter, near, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
+    u_new, v_new, gap, normal_force, n_new, tau, status, lost,
+):  # fmt: skip
+    """`meet_tool` on one thread."""
+    for k in range(near.shape[0]):
+        meet_node(
+            near[k], law, parameter, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
+            u_new, v_new, gap, normal_force, n_new, tau, status, lost,
+        )  # fmt: skip
 
 
 @njit(parallel=True, cache=True)
@@ -66,48 +131,10 @@ def meet_tool(
     nodes, and lost (n,) mJ, or BY_PATH
     """
     for k in prange(near.shape[0]):
-        node = near[k]
-        m = mass[node]
-        d = distance[node] - half_thickness[node]
-        gap[node] = d
-        tool = velocity_at(w, u_new[node])
-        hold = vn = before = 0.0
-        for c in range(3):
-            hold += free[node, c] * normal[node, c] * normal[node, c]
-            vn += (v_new[node, c] - tool[c]) * normal[node, c]
-            before += (v[node, c] - tool[c]) * normal[node, c]
-        normal_force[node], status[node], lost[node] = 0.0, OPEN, BY_PATH
-        for c in range(3):
-            tau[node, c] = 0.0
-        if d >= 0.0 or hold < GRIP:
-            continue
-        # Along the normal.
-        gain, lift, taken = answer(law, parameter, d, vn, before, dt, dtm)
-        if taken >= 0.0:
-            lost[node] = 0.5 * m * taken / hold
-        dv, lift = gain / hold, lift / hold
-        force = m * dv / dtm
-        # Across it. A law's speed is the one that the node has, not what the step would give it without friction.
-        sliding = across = 0.0
-        for c in range(3):
-            slide = v_new[node, c] - tool[c] - vn * normal[node, c]
-            tau[node, c] = slide
-            sliding += slide * slide
-            across += (v[node, c] - tool[c]) ** 2
-        sliding = sqrt(sliding)
-        speed = sqrt(max(across - before * before, 0.0))
-        stopped = dv * grip_of(mu, laws, face[node], node, force, speed)
-        factor = 0.0
-        if stopped > 0.0 and sliding > 0.0:
-            factor = -min(1.0, stopped / sliding)
-        status[node] = STICK if stopped > 0.0 and sliding <= stopped else SLIP
-        normal_force[node] = force
-        for c in range(3):
-            slowed = factor * tau[node, c]
-            tau[node, c] = m * slowed / dtm
-            n_new[node, c] = normal[node, c]
-            v_new[node, c] += free[node, c] * (dv * normal[node, c] + slowed)
-            u_new[node, c] += free[node, c] * (lift * normal[node, c] + dt * slowed)
+        meet_node(
+            near[k], law, parameter, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
+            u_new, v_new, gap, normal_force, n_new, tau, status, lost,
+        )  # fmt: skip
 
 
 @njit(cache=True)
@@ -154,7 +181,7 @@ class ToolContact:
     def __init__(self, run, contact, law, mass, free, x, weight):
         self.run, self.contact = run, contact
         self.law, self.parameter = law
-        self.mass, self.free = mass, free
+        self.mass, self.free, self.mu = mass, free, run.tool.mu
         n = len(contact.status)
         self.room = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
         self.near = self.room[0][:0]
@@ -225,12 +252,12 @@ class ToolContact:
         """Let the nodes touch the tool at the end of their predicted step."""
         contact, watch, run = self.contact, self.run.neighbourhood, self.run
         points, at = (u, self.at) if self.law == PENALTY else (u_new, contact)
-        shift = at.travel[0] * run.axis
+        travel = at.travel
         if run.pivot is not None:
-            points, shift = to_tool(run, at, points[: len(half_thickness)]), np.zeros(3)
+            points, travel = to_tool(run, at, points[: len(half_thickness)]), np.zeros(1)
         self.room = self.room[::-1]
         count = wake(
-            points, shift, watch.place, watch.distance, half_thickness, self.near, contact.normal_force,
+            points, travel, run.axis, watch.place, watch.distance, half_thickness, self.near, contact.normal_force,
             contact.friction_force, contact.status, self.room[0],
         )  # fmt: skip
         self.near = near = self.room[0][:count]
@@ -246,10 +273,12 @@ class ToolContact:
             if len(cornered):
                 self.meet_corners(cornered, watch.place, half_thickness, dt, dtm, v, u_new, v_new)
                 near = np.setdiff1d(near, cornered, assume_unique=True)
-        hit = to_space(run, at, hit)
-        meet_tool(
+        if run.pivot is not None:
+            hit = to_space(run, at, hit)
+        meet = meet_few if count < FEW else meet_tool
+        meet(
             self.law, self.parameter, near, hit.distance, hit.normal, hit.face, half_thickness, self.mass, self.free,
-            run.tool.mu, run.laws, self.w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force,
+            self.mu, run.laws, self.w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force,
             contact.normal, contact.friction_force, contact.status, self.lost,
         )  # fmt: skip
 
@@ -268,7 +297,7 @@ class ToolContact:
         force, tau, status = np.zeros((k, MOST)), np.zeros((k, MOST, 3)), np.zeros((k, MOST), dtype=np.int64)
         meet_walls(
             self.law, self.parameter, nodes, gap, normal, face, n_walls, half_thickness, self.mass, self.free,
-            run.tool.mu, run.laws, self.w, dt, dtm, v, u_new, v_new, force, tau, status, self.lost,
+            self.mu, run.laws, self.w, dt, dtm, v, u_new, v_new, force, tau, status, self.lost,
         )  # fmt: skip
         for j, foot in enumerate(self.contact.feet):
             foot.gap[nodes], foot.normal_force[nodes], foot.normal[nodes] = gap[:, j], force[:, j], normal[:, j]

@@ -50,7 +50,10 @@ def test_warm_equals_cold_along_random_paths(request, name):
 
 @pytest.mark.parametrize("name", ["die", "punch", "freeform"])
 def test_following_in_place_is_projecting_with_seeds(request, name):
-    """Points that wander over faces, rims and edges: the rows asked for are those of `project`, others untouched."""
+    """Points that wander over faces, rims and edges: the rows asked for are those of `project`, others untouched.
+
+    Seeds may differ: `follow` searches ahead.
+    """
     part = part_of(shapes.punch(), name) if name == "punch" else request.getfixturevalue(name)
     surface, rng = ToolSurface(part), np.random.default_rng(2)
     box, n = part.bounding_box, 300
@@ -65,8 +68,9 @@ def test_following_in_place_is_projecting_with_seeds(request, name):
             wanted = surface.project(points[rows], hit.seed[rows])
             surface.follow(rows, points, hit)
             others = np.setdiff1d(np.arange(n), rows)
-            for now, new, old in zip(hit, wanted, before, strict=True):
+            for now, new in zip(hit[:-1], wanted[:-1], strict=True):
                 assert now[rows] == pytest.approx(new, rel=1e-12, abs=1e-12)
+            for now, old in zip(hit, before, strict=True):
                 assert np.array_equal(now[others], old[others])
 
 
