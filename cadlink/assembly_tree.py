@@ -21,7 +21,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from cadlink.references import missing_references
+from cadlink.references import wrong_references
 from cadlink.sewing import faces_in, is_loose, sew
 
 UNITS = {
@@ -51,11 +51,9 @@ def read_parts(path, part_record, tolerance=0.0):
     reader.SetColorMode(True)
     if reader.ReadFile(path) != IFSelect_RetDone:
         return {"error": "it starts like STEP but OpenCASCADE cannot parse it"}
-    missing = missing_references(reader.ChangeReader().WS().Model(), path)
-    if missing:
-        return {
-            "error": f"it refers to {', '.join(missing)}, not found: expected beside it, or where an absolute path says"
-        }
+    wrong = wrong_references(reader.ChangeReader().WS().Model(), path)
+    if wrong:
+        return {"error": wrong}
     unit = source_unit(reader.ChangeReader())
     if not reader.Transfer(document):
         return {"error": "found STEP data but no shape in it, expected solids, shells or faces"}

@@ -189,9 +189,8 @@ def test_tessellated_ap242_is_refused_in_one_line(tmp_path):
 # --- files that refer to others
 
 
-@pytest.fixture
-def stack(tmp_path, monkeypatch):
-    """stack.step with the products bolt and plate in files of their own."""
+def write_split(path, monkeypatch, **parts):
+    """An assembly whose parts, name = (shape, place), are files of their own beside it, part_<name>.stp."""
     from OCP.STEPCAFControl import STEPCAFControl_Writer
     from OCP.STEPControl import STEPControl_AsIs
     from OCP.TCollection import TCollection_ExtendedString
@@ -206,24 +205,50 @@ def stack(tmp_path, monkeypatch):
         TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
         return label
 
-    def at(x, y, z):
+    whole = named(tool.NewShape(), path.stem)
+    for name, (shape, place) in parts.items():
         move = gp_Trsf()
-        move.SetTranslation(gp_Vec(x, y, z))
-        return TopLoc_Location(move)
-
-    bolt = named(tool.AddShape(BRepPrimAPI_MakeBox(1.0, 1.0, 4.0).Solid(), False), "bolt")
-    plate = named(tool.AddShape(BRepPrimAPI_MakeBox(20.0, 10.0, 2.0).Solid(), False), "plate")
-    whole = named(tool.NewShape(), "stack")
-    tool.AddComponent(whole, bolt, at(5.0, 0.0, 2.0))
-    tool.AddComponent(whole, plate, at(0.0, 0.0, 0.0))
+        move.SetTranslation(gp_Vec(*place))
+        tool.AddComponent(whole, named(tool.AddShape(shape, False), name), TopLoc_Location(move))
     tool.UpdateAssemblies()
     writer = STEPCAFControl_Writer()
     writer.SetNameMode(True)
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(path.parent)
     writer.Transfer(document, STEPControl_AsIs, "part_")
-    writer.Write("stack.step")
+    writer.Write(path.name)
     monkeypatch.chdir("/")
-    return tmp_path / "stack.step"
+    return path
+
+
+def bolt():
+    return BRepPrimAPI_MakeBox(1.0, 1.0, 4.0).Solid()
+
+
+def plate():
+    return BRepPrimAPI_MakeBox(20.0, 10.0, 2.0).Solid()
+
+
+@pytest.fixture
+def stack(tmp_path, monkeypatch):
+    """stack.step with the products bolt and plate in files of their own."""
+    return write_split(
+        tmp_path / "stack.step", monkeypatch, bolt=(bolt(), (5.0, 0.0, 2.0)), plate=(plate(), (0.0, 0.0, 0.0))
+    )
+
+
+@pytest.fixture
+def nested(tmp_path, monkeypatch):
+    """top.step that refers to sub/pair.step, which refers to part_bolt.stp and part_nut.stp beside it."""
+    folder = tmp_path / "sub"
+    folder.mkdir()
+    nut = BRepPrimAPI_MakeBox(2.0, 2.0, 1.0).Solid()
+    write_split(folder / "pair.step", monkeypatch, bolt=(bolt(), (5.0, 0.0, 2.0)), nut=(nut, (0.0, 0.0, 1.0)))
+    top = write_split(
+        tmp_path / "top.step", monkeypatch, pair=(bolt(), (0.0, 100.0, 0.0)), plate=(plate(), (0.0, 0.0, 0.0))
+    )
+    (tmp_path / "part_pair.stp").unlink()
+    top.write_text(top.read_text().replace("part_pair.stp", "sub/pair.step"))
+    return top
 
 
 def test_parts_in_files_beside_it(stack):
@@ -246,6 +271,34 @@ def test_parts_in_files_named_absolutely(stack, tmp_path):
 def test_a_missing_file_is_named_in_one_line(stack, tmp_path):
     (tmp_path / "part_bolt.stp").unlink()
     assert "stack.step: it refers to part_bolt.stp, not found" in refused(stack)
+
+
+def test_parts_of_a_file_that_is_referred_to(nested):
+    assembly = read_step(nested)
+    assert [part.tree for part in assembly.values()] == [
+        ("top", "pair", "bolt"),
+        ("top", "pair", "nut"),
+        ("top", "plate"),
+    ]
+    assert assembly["bolt"].bounding_box == pytest.approx(np.array([[5.0, 100, 2], [6, 101, 6]]), abs=1e-9)
+
+
+def test_a_file_missing_further_down_is_named_in_one_line(nested, tmp_path):
+    """OpenCASCADE would leave its part out in silence."""
+    (tmp_path / "sub" / "part_bolt.stp").unlink()
+    assert "top.step: it refers to part_bolt.stp, not found" in refused(nested)
+
+
+def test_a_file_that_is_no_step_further_down_is_named_in_one_line(nested, tmp_path):
+    (tmp_path / "sub" / "part_bolt.stp").write_text("a note\n")
+    assert "top.step: it refers to part_bolt.stp, which OpenCASCADE cannot parse" in refused(nested)
+
+
+def test_a_file_that_refers_to_itself_is_one_line(nested, tmp_path):
+    """OpenCASCADE would follow it until its stack is full."""
+    pair = tmp_path / "sub" / "pair.step"
+    pair.write_text(pair.read_text().replace("part_bolt.stp", "../top.step"))
+    assert "top.step: it refers to ../top.step, which refers back to it" in refused(nested)
 
 
 # --- what is no part
