@@ -25,6 +25,7 @@ FIGURES = {
     "fld_margin_z": ("there, z", "mm", 1.0, 1),
     "contact_foot_error": ("largest error of a contact point on its tool", "µm", 1e3, 4),
     "cad_gap": ("largest gap between faces of the CAD tools", "µm", 1e3, 4),
+    "cad_form": ("largest distance of such a face from the form it is met in", "µm", 1e3, 4),
     "contact_sharp_nodes": ("nodes on sharp edges of tools, at most", "", 1, 0),
     "contact_several_feet": ("nodes held by several walls of one tool, at most", "", 1, 0),
 }
@@ -127,18 +128,22 @@ def summarize(scene_file, scene, results, message=None):
         "message": message,
         "symmetry": list(scene.blank.symmetry_planes),
         "initial_thickness": float(scene.blank.thickness),
-        "figures": results.summary() | cad_gap(scene),
+        "figures": results.summary() | cad_errors(scene),
         "source": keys.compare.source if keys.compare else None,
         "comparison": rows,
         "plan": str(results.plan),
     }
 
 
-def cad_gap(scene):
-    """{"cad_gap": mm}, how far faces of the CAD tools fail to meet; empty where no tool comes from CAD."""
+def cad_errors(scene):
+    """{"cad_gap": mm, "cad_form": mm}, how far faces of the CAD tools fail to meet, and how far the forms they are met
+    in miss them; empty where no tool comes from CAD."""
     parts = [getattr(tool.surface, "part", None) for tool in scene.tools.values()]
     reports = [part.gap_report() for part in parts if part is not None]
-    return {"cad_gap": max(max(report.edge, report.vertex) for report in reports)} if reports else {}
+    if not reports:
+        return {}
+    gap = max(max(report.edge, report.vertex) for report in reports)
+    return {"cad_gap": gap, "cad_form": max(report.form for report in reports)}
 
 
 def compare(measured, history, units):
