@@ -138,7 +138,7 @@ class Part:
             corner_normals=exact,
             labels=found["face"],
         )
-        surface.part = self
+        surface.part, surface.on_faces = self, found["on_face"].reshape(-1, 3)
         return surface
 
     def gap_report(self, thickness=None):

@@ -32,11 +32,12 @@ def work(job):
 
     job : {"brep": bytes, "chord": mm, "angle": rad, "faces": indices or None}
     returns : {"points" (n, 3) mm, "cells" (m, 3), "normals" (m, 3, 3) exact at the corners, out of the material,
-        "face" (m,) index of the CAD face}; points on an edge come once for each of its faces
+        "face" (m,) index of the CAD face, "on_face" (m, 4, 3) mm, where the face is amid each triangle and its sides};
+        points on an edge come once for each of its faces
     """
     shape = shape_of(job["brep"])
     BRepMesh_IncrementalMesh(shape, job["chord"], False, job["angle"], False)
-    points, cells, normals, label, count = [], [], [], [], 0
+    points, cells, normals, label, on_face, count = [], [], [], [], [], 0
     for number, face in enumerate(TopoDS.Face_s(f) for f in explore(shape, TopAbs_FACE)):
         if job["faces"] is not None and number not in job["faces"]:
             continue
@@ -64,6 +65,8 @@ def work(job):
         at_corner[lost] = np.broadcast_to(flat[:, None], at_corner.shape)[lost]
         lost = ~at_corner.any(axis=2)
         at_corner[lost] = [0.0, 0.0, 1.0]  # a triangle without an area: dropped later
+        amid = np.concatenate([places.mean(axis=1, keepdims=True), 0.5 * (places + np.roll(places, 1, axis=1))], axis=1)
+        on_face.append([[probe.point(q) for q in row] for row in amid])
         points.append(p)
         cells.append(c + count)
         normals.append(at_corner)
@@ -74,6 +77,7 @@ def work(job):
         "cells": np.ascontiguousarray(np.vstack(cells)),
         "normals": np.vstack(normals),
         "face": np.concatenate(label),
+        "on_face": np.vstack(on_face),
     }
 
 

@@ -99,8 +99,11 @@ class FakeSurface:
 
     def __init__(self, height, shown):
         self.height = height
-        watertight = SimpleNamespace(edge=0.0, vertex=0.0, form=0.0)
+        watertight = SimpleNamespace(edge=0.0, vertex=0.0)
         self.part = SimpleNamespace(triangles=lambda: shown, gap_report=lambda: watertight) if shown else None
+
+    def misfit(self):
+        return 0.0
 
     def project(self, points, seed=None):
         n = len(points)
