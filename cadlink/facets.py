@@ -110,7 +110,7 @@ class FacetSurface:
     def misfit(self):
         """Largest distance found from the faces of the part these facets stand for [mm], 0 where they stand for none.
 
-        Asked amid each triangle and its sides, as OpenCASCADE divided the faces.
+        Asked at points of the faces amid each triangle and its sides, as OpenCASCADE divided them.
         """
         return float(np.abs(self.project(self.on_faces).distance).max(initial=0.0))
 
