@@ -135,7 +135,8 @@ def place_node(face, center):
 def mesh(size, shape):
     """Triangles or quadrilaterals of one size: points (n, 2) mm, cells (m, 3) or (m, 4).
 
-    No way to make quadrilaterals is best on every outline; of four, the one with the bluntest worst corner.
+    No way to make quadrilaterals is best on every outline, and each fails on some; of four, the one with the bluntest
+    worst corner.
     """
     options = {
         "Mesh.MeshSizeMin": size,
@@ -148,7 +149,14 @@ def mesh(size, shape):
         gmsh.option.setNumber(name, value)
     if shape == "triangle":
         return triangles()
-    meshes = [quads(algorithm, recombination) for algorithm, recombination in QUAD_WAYS]
+    meshes, failed = [], None
+    for algorithm, recombination in QUAD_WAYS:
+        try:
+            meshes.append(quads(algorithm, recombination))
+        except Exception as error:  # gmsh raises plain Exception
+            failed = error
+    if not meshes:
+        raise ValueError(f"{failed}; try a smaller size, or triangles")
     return max(meshes, key=lambda found: worst_corner(*found))
 
 
@@ -176,7 +184,7 @@ def result(kind, n_corners):
     row[tags] = np.arange(len(tags))
     found = {int(k): row[nodes] for k, nodes in zip(*gmsh.model.mesh.getElements(2)[::2])}
     if set(found) != {kind}:
-        raise ValueError(f"the mesh has cells without {n_corners} corners; try another size")
+        raise ValueError(f"the mesh has cells without {n_corners} corners")
     return xyz.reshape(-1, 3)[:, :2], found[kind].reshape(-1, n_corners)
 
 

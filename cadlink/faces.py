@@ -2,9 +2,11 @@
 
 Runs in the reading process only. Planes, cylinders, cones, spheres and tori keep their closed form.
 B-splines, Bezier surfaces, surfaces of revolution and extrusions become rational Bezier patches,
-exactly; offset surfaces, which are not rational, are interpolated to 1e-11 of their size.
+exactly; offset surfaces, which are not rational, are interpolated to 1e-11 of their size where they can be, and
+`FaceRecord.gap` says how far they are missed.
 """
 
+from itertools import pairwise, product
 from math import hypot
 
 import numpy as np
@@ -18,7 +20,7 @@ from OCP.TColStd import TColStd_Array1OfReal
 from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopoDS import TopoDS
 
-from cadlink.bezier import LINEAR, arcs_of_ellipse, fit_patch, span_matrices
+from cadlink.bezier import LINEAR, Arc, arcs_of_ellipse, bernstein, fit_patch, span_matrices
 from cadlink.curves import arcs_of, flat_knots, xyz
 from cadlink.records import CONE, CYLINDER, PATCHES, PLANE, SPHERE, TORUS, FaceRecord
 
@@ -36,6 +38,7 @@ KINDS = {
     GeomAbs_SurfaceType.GeomAbs_OtherSurface: "other",
 }
 FORMS = {"plane": PLANE, "cylinder": CYLINDER, "cone": CONE, "sphere": SPHERE, "torus": TORUS}
+MOST_PATCHES = 4096  # of a surface that is fitted
 
 
 class FaceProbe:
@@ -73,6 +76,8 @@ def face_record(probe, box):
         surface = BRep_Tool.Surface_s(probe.face)
         grid = patch_grid(surface, box)
         record.u_arcs, record.v_arcs, record.patches = grid
+        if record.kind not in ("bspline", "bezier"):
+            record.gap = misfit(record, adaptor)
     else:
         closed_form(record, adaptor)
     return record
@@ -205,8 +210,11 @@ def revolution_grid(surface, box):
     return u_arcs, v_arcs, patches
 
 
-def fitted_grid(surface, box, depth=5):
-    """Polynomial patches through a surface that is not rational, to 1e-11 of its size."""
+def fitted_grid(surface, box):
+    """Polynomial patches through a surface that is not rational, to 1e-11 of its size.
+
+    Rows and columns that miss it are halved, as long as there are no more than MOST_PATCHES; misfit tells the rest.
+    """
 
     def value(u, v):
         return xyz(surface.Value(u, v))
@@ -215,25 +223,39 @@ def fitted_grid(surface, box, depth=5):
     tolerance = 1e-11 * max(1.0, hypot(*np.ptp(corners, axis=0)))
     from OCP.GeomAdaptor import GeomAdaptor_Surface  # needed only here
 
-    adaptor = GeomAdaptor_Surface(surface)
+    adaptor, fitted = GeomAdaptor_Surface(surface), {}
     u_breaks = inner_breaks(adaptor, "U", box[0], box[1])
     v_breaks = inner_breaks(adaptor, "V", box[2], box[3])
-    for _ in range(depth):
-        patches, miss = [], 0.0
-        for a, b in zip(u_breaks[:-1], u_breaks[1:], strict=True):
-            row = []
-            for c, d in zip(v_breaks[:-1], v_breaks[1:], strict=True):
-                ctrl, error = fit_patch(value, a, b, c, d)
-                miss = max(miss, error)
-                row.append(ctrl)
-            patches.append(row)
-        if miss <= tolerance:
+    while True:
+        u_ends, v_ends = list(pairwise(u_breaks)), list(pairwise(v_breaks))
+        for cell in product(u_ends, v_ends):
+            if cell not in fitted:
+                fitted[cell] = fit_patch(value, *cell[0], *cell[1])
+        missed = np.array([[fitted[u, v][1] > tolerance for v in v_ends] for u in u_ends])
+        finer = halved(u_breaks, missed.any(axis=1)), halved(v_breaks, missed.any(axis=0))
+        if not missed.any() or (len(finer[0]) - 1) * (len(finer[1]) - 1) > MOST_PATCHES:
             break
-        u_breaks = np.sort(np.append(u_breaks, 0.5 * (u_breaks[1:] + u_breaks[:-1])))
-        v_breaks = np.sort(np.append(v_breaks, 0.5 * (v_breaks[1:] + v_breaks[:-1])))
-    u_arcs = np.array([[a, b, LINEAR] for a, b in zip(u_breaks[:-1], u_breaks[1:], strict=True)])
-    v_arcs = np.array([[a, b, LINEAR] for a, b in zip(v_breaks[:-1], v_breaks[1:], strict=True)])
-    return u_arcs, v_arcs, patches
+        u_breaks, v_breaks = finer
+    u_arcs, v_arcs = (np.array([[a, b, LINEAR] for a, b in ends]) for ends in (u_ends, v_ends))
+    return u_arcs, v_arcs, [[fitted[u, v][0] for v in v_ends] for u in u_ends]
+
+
+def halved(breaks, which):
+    """Breaks with the middles of some of their spans between them."""
+    return np.sort(np.append(breaks, 0.5 * (breaks[1:] + breaks[:-1])[which]))
+
+
+def misfit(record, adaptor):
+    """Largest distance found between the patches of a face and its surface, at 8 x 8 points of each [mm]."""
+    checks, gap = np.linspace(0.01, 0.99, 8), 0.0
+    u, v = ([[Arc(None, *arc).param(s) for s in checks] for arc in arcs] for arcs in (record.u_arcs, record.v_arcs))
+    for i, row in enumerate(record.patches):
+        for j, net in enumerate(row):
+            along, across = (bernstein(n - 1, checks) for n in net.shape[:2])
+            made = np.einsum("ik,jl,klx->ijx", along, across, net)
+            truth = np.array([[xyz(adaptor.Value(a, b)) for b in v[j]] for a in u[i]])
+            gap = max(gap, float(np.linalg.norm(made[..., :3] / made[..., 3:] - truth, axis=2).max()))
+    return gap
 
 
 def inner_breaks(adaptor, letter, first, last):

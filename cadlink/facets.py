@@ -60,6 +60,7 @@ class FacetSurface:
         if crease is not None and not 0.0 < crease <= 180.0:
             raise CadError(f"facets: crease {crease!r}, expected an angle in degrees between 0 and 180")
         self.normals, self.kind = normals, KINDS[normals]
+        self.part, self.on_faces = None, np.empty((0, 3))
         if crease is None and normals == "nagata":
             crease = CREASE
         self.crease = crease
@@ -105,6 +106,13 @@ class FacetSurface:
     def triangles(self):
         """points (n, 3) [mm] and cells (t, 3) for pictures; normals leave the material."""
         return self.points, split(self.points, self.corners)[0]
+
+    def misfit(self):
+        """Largest distance found from the faces of the part these facets stand for [mm], 0 where they stand for none.
+
+        Asked at points of the faces amid each triangle and its sides, as OpenCASCADE divided them.
+        """
+        return float(np.abs(self.project(self.on_faces).distance).max(initial=0.0))
 
     def project(self, points, seed=None):
         """Closest points on the facets.

@@ -7,6 +7,7 @@ import numpy as np
 MEANT_SMOOTH = 0.01  # rad (0.57 deg): faces that meet at less were drawn to continue each other
 KEPT_SMOOTH = 8.7e-4  # rad (0.05 deg): up to here contact takes them as one
 NARROW = 1e-5  # of the part's diagonal: a face narrower than this is a sliver
+MISSED = 1e-5  # mm: a user should know of forms that miss their faces by more
 NARROW_FOR_SHEET = 0.01  # of the sheet thickness, where that is known
 
 
@@ -21,6 +22,8 @@ class Gaps(NamedTuple):
     kinks         how many of those turn by more than 0.05 degrees: contact takes them as sharp
     slivers       faces narrower than 1e-5 of the part, or than a hundredth of the sheet
     concave_radius  smallest radius the tool is hollow with, inf for none
+    form          largest distance between a face as drawn and the form it is met in: 0 but for swept and offset
+                  surfaces and splines that are planes, cylinders, cones, spheres or tori
     thickness     of the sheet, or None
     """
 
@@ -32,6 +35,7 @@ class Gaps(NamedTuple):
     kinks: int
     slivers: tuple
     concave_radius: float
+    form: float
     thickness: float | None = None
 
     @property
@@ -44,6 +48,8 @@ class Gaps(NamedTuple):
         found = []
         if max(self.edge, self.vertex) > 1e-3:
             found.append(f"faces meet only within {max(self.edge, self.vertex):.2g} mm")
+        if self.form > MISSED:
+            found.append(f"a face is met up to {self.form:.2g} mm from where it is drawn")
         if self.kinks:
             found.append(f"{self.kinks} edges drawn smooth turn by up to {self.jump:.2g} degrees: taken as sharp")
         if self.slivers:
@@ -72,5 +78,6 @@ def gaps_of(part, thickness=None):
         int((smooth > KEPT_SMOOTH).sum()),
         tuple(int(k) for k in np.flatnonzero(np.array(part.record["face_widths"]) < narrow)),
         float(part.smallest_concave_radius),
+        max((face.gap for face in skin["faces"]), default=0.0),
         thickness,
     )

@@ -34,7 +34,8 @@ class FaceRecord:
     size     (2,) radius; radius and half angle; large and small radius [mm, rad]
     sense    +1 where (frame normal or S_u x S_v) leaves the material, -1 where it enters
     period   (2,) period of u and v, 0 where there is none
-    gap      mm, how far the closed form misses a spline it stands for (recognize.py), 0 for all others
+    gap      mm, how far the form misses the face as drawn: a closed form a spline (recognize.py), patches a swept or
+             offset surface; 0 for all others
     u_arcs, v_arcs   (n, 3) t0, t1, ramp of the patch grid
     patches  (nu, nv) nested list of homogeneous control nets (p+1, q+1, 4)
     """

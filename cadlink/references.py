@@ -6,6 +6,8 @@ from OCP.IFSelect import IFSelect_RetDone
 from OCP.StepBasic import StepBasic_DocumentFile
 from OCP.STEPControl import STEPControl_Reader
 
+from cadlink.placements import wrong_placement
+
 STEP_ENDINGS = (".stp", ".step", ".p21")
 
 
@@ -16,18 +18,18 @@ def wrong_references(model, path):
     such parts out in silence, and follow a file that refers to itself without end.
     model : the reader's model of `path`
     """
-    missing, unread, round_about = [], [], []
-    look_into(model, os.path.abspath(path), (os.path.abspath(path),), set(), missing, unread, round_about)
+    missing, unread, round_about, misplaced = [], [], [], []
+    look_into(model, os.path.abspath(path), (os.path.abspath(path),), set(), missing, unread, round_about, misplaced)
     if missing:
         return f"it refers to {listed(missing)}, not found: expected beside it, or where an absolute path says"
     if unread:
         return f"it refers to {listed(unread)}, which OpenCASCADE cannot parse"
     if round_about:
         return f"it refers to {listed(round_about)}, which refers back to it"
-    return ""
+    return misplaced[0] if misplaced else ""
 
 
-def look_into(model, path, above, known, missing, unread, round_about):
+def look_into(model, path, above, known, missing, unread, round_about, misplaced):
     """Append to the lists what is wrong with the references of a model, and with those of the files it refers to.
 
     above : files on the way to this one, itself included; known : files looked into before
@@ -45,7 +47,10 @@ def look_into(model, path, above, known, missing, unread, round_about):
             if reader.ReadFile(file) != IFSelect_RetDone:
                 unread.append(name)
             else:
-                look_into(reader.WS().Model(), file, (*above, file), known, missing, unread, round_about)
+                below = reader.WS().Model()
+                if wrong := wrong_placement(below, rewrite=False):
+                    misplaced.append(f"it refers to {name}: {wrong}")
+                look_into(below, file, (*above, file), known, missing, unread, round_about, misplaced)
 
 
 def references(model):

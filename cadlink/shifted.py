@@ -42,6 +42,10 @@ class ShiftedSurface:
         """The part of the surface given, or None."""
         return getattr(self.surface, "part", None)
 
+    def misfit(self):
+        """That of the surface given [mm]."""
+        return self.surface.misfit()
+
     def triangles(self):
         """points (n, 3) and cells (m, 3) of the surface given, for pictures."""
         source = self.part if self.part is not None else self.surface

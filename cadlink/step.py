@@ -138,7 +138,7 @@ class Part:
             corner_normals=exact,
             labels=found["face"],
         )
-        surface.part = self
+        surface.part, surface.on_faces = self, found["on_face"]
         return surface
 
     def gap_report(self, thickness=None):

@@ -37,6 +37,10 @@ class ToolSurface:
         self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
         self.columns = WITH_MODEL if len(self.skin.leaves) else COLUMNS
 
+    def misfit(self):
+        """How far the faces of the part are met from where the file draws them [mm]: `Gaps.form`."""
+        return self.part.gap_report().form
+
     def project(self, points, seed=None):
         """Closest points on the exact tool faces.
 

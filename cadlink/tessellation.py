@@ -7,7 +7,9 @@ import numpy as np
 from OCP.BinTools import BinTools
 from OCP.BRep import BRep_Tool
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
-from OCP.TopAbs import TopAbs_FACE, TopAbs_REVERSED
+from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
+from OCP.gp import gp_Pnt2d
+from OCP.TopAbs import TopAbs_FACE, TopAbs_OUT, TopAbs_REVERSED
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Shape
 
@@ -18,6 +20,7 @@ from cadlink.errors import CadError
 from cadlink.faces import FaceProbe
 
 BESIDE = 1e-4  # of the way to the far side of a triangle
+ON = 1e-9  # of (u, v): on the rim of a face
 
 
 def shape_of(brep):
@@ -32,11 +35,12 @@ def work(job):
 
     job : {"brep": bytes, "chord": mm, "angle": rad, "faces": indices or None}
     returns : {"points" (n, 3) mm, "cells" (m, 3), "normals" (m, 3, 3) exact at the corners, out of the material,
-        "face" (m,) index of the CAD face}; points on an edge come once for each of its faces
+        "face" (m,) index of the CAD face, "on_face" (k, 3) mm, points of the faces amid triangles and their sides};
+        points on an edge come once for each of its faces
     """
     shape = shape_of(job["brep"])
     BRepMesh_IncrementalMesh(shape, job["chord"], False, job["angle"], False)
-    points, cells, normals, label, count = [], [], [], [], 0
+    points, cells, normals, label, on_face, count = [], [], [], [], [], 0
     for number, face in enumerate(TopoDS.Face_s(f) for f in explore(shape, TopAbs_FACE)):
         if job["faces"] is not None and number not in job["faces"]:
             continue
@@ -64,6 +68,9 @@ def work(job):
         at_corner[lost] = np.broadcast_to(flat[:, None], at_corner.shape)[lost]
         lost = ~at_corner.any(axis=2)
         at_corner[lost] = [0.0, 0.0, 1.0]  # a triangle without an area: dropped later
+        amid = np.concatenate([places.mean(axis=1, keepdims=True), 0.5 * (places + np.roll(places, 1, axis=1))], axis=1)
+        inside = BRepTopAdaptor_FClass2d(probe.face, ON)  # the chord of a hole's rim is outside
+        on_face += [probe.point(q) for q in amid.reshape(-1, 2) if inside.Perform(gp_Pnt2d(*q)) != TopAbs_OUT]
         points.append(p)
         cells.append(c + count)
         normals.append(at_corner)
@@ -74,6 +81,7 @@ def work(job):
         "cells": np.ascontiguousarray(np.vstack(cells)),
         "normals": np.vstack(normals),
         "face": np.concatenate(label),
+        "on_face": np.array(on_face).reshape(-1, 3),
     }
 
 

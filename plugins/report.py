@@ -25,6 +25,7 @@ FIGURES = {
     "fld_margin_z": ("there, z", "mm", 1.0, 1),
     "contact_foot_error": ("largest error of a contact point on its tool", "µm", 1e3, 4),
     "cad_gap": ("largest gap between faces of the CAD tools", "µm", 1e3, 4),
+    "cad_form": ("largest distance of a CAD face from where it is drawn", "µm", 1e3, 4),
     "contact_sharp_nodes": ("nodes on sharp edges of tools, at most", "", 1, 0),
     "contact_several_feet": ("nodes held by several walls of one tool, at most", "", 1, 0),
 }
@@ -127,18 +128,22 @@ def summarize(scene_file, scene, results, message=None):
         "message": message,
         "symmetry": list(scene.blank.symmetry_planes),
         "initial_thickness": float(scene.blank.thickness),
-        "figures": results.summary() | cad_gap(scene),
+        "figures": results.summary() | cad_errors(scene),
         "source": keys.compare.source if keys.compare else None,
         "comparison": rows,
         "plan": str(results.plan),
     }
 
 
-def cad_gap(scene):
-    """{"cad_gap": mm}, how far faces of the CAD tools fail to meet; empty where no tool comes from CAD."""
-    parts = [getattr(tool.surface, "part", None) for tool in scene.tools.values()]
-    reports = [part.gap_report() for part in parts if part is not None]
-    return {"cad_gap": max(max(report.edge, report.vertex) for report in reports)} if reports else {}
+def cad_errors(scene):
+    """{"cad_gap": mm, "cad_form": mm}, how far faces of the CAD tools fail to meet, and how far they are met from where
+    they are drawn, facets included; empty where no tool comes from CAD."""
+    surfaces = [tool.surface for tool in scene.tools.values() if getattr(tool.surface, "part", None) is not None]
+    if not surfaces:
+        return {}
+    reports = [surface.part.gap_report() for surface in surfaces]
+    gap = max(max(report.edge, report.vertex) for report in reports)
+    return {"cad_gap": gap, "cad_form": max(surface.misfit() for surface in surfaces)}
 
 
 def compare(measured, history, units):

@@ -401,6 +401,9 @@ def test_plate_from_a_step_file(tmp_path):
         (lambda: Polygon([(0, 0), (1, 1), (2, 2)]), "encloses no area|crosses itself"),
         (lambda: Polygon([(0, 0), (10, 10), (10, 0), (0, 10)]), "no area|crosses itself"),
         (lambda: Polygon([(0, 0), (10, 10), (10, 0), (0, 12)]), "crosses itself"),
+        (lambda: Polygon([(0, 0), (9, 0), (9, 0), (9, 5)]), r"point \(9, 0\) is repeated"),
+        (lambda: Polygon([(0, 0), (20, 0), (20, 10), (0, 10)], arcs={0: (10, 11)}), "crosses itself"),
+        (lambda: mesh_blank(Polygon([(0, 0), (20, 0), (20, 1e-8), (9, 9)]), 2.0), "gmsh failed: Could not create line"),
         (lambda: Polygon([(0, 0), (10, 0), (10, 0), (0, 12)]), "is repeated"),
         (lambda: Polygon([(0, 0), (10, 0), (0, float("inf"))]), "finite"),
         (lambda: Polygon([(0, 0), (10, 0), (5, 8)], arcs={0: (5, 0)}), "is on its chord"),
@@ -441,6 +444,20 @@ def test_a_dying_worker_is_one_clear_line(tmp_path, script, message):
     (tmp_path / "worker.py").write_text(script)
     with pytest.raises(CadError, match=message) as caught:
         run_worker(tmp_path, 0.5 if "sleep" in script else 30.0, worker=tmp_path / "worker.py")
+    assert "\n" not in str(caught.value)
+
+
+def test_quadrilaterals_where_one_way_to_them_fails():
+    """The first way leaves triangles beside this hole."""
+    outline = Rectangle(20.0, 10.0, holes=(Disc(2.0),))
+    mesh = mesh_blank(outline, size=2.0, shape="quad")
+    assert mesh.cells.shape[1] == 4 and mesh.areas.min() > 0.0
+    assert mesh.areas.sum() == pytest.approx(outline.area, rel=0.01)
+
+
+def test_a_blank_too_coarse_for_quadrilaterals_is_one_clear_line():
+    with pytest.raises(CadError, match="mesh_blank: gmsh failed: .*; try a smaller size, or triangles") as caught:
+        mesh_blank(Rectangle(20.0, 10.0), size=30.0, shape="quad")
     assert "\n" not in str(caught.value)
 
 

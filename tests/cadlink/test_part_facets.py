@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cadlink import CadError, read_step
+from cadlink import CadError, FacetSurface, read_step
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import part_of, points_around
 from tests.cadlink.test_step import SHARED, needs_shared
@@ -90,3 +90,23 @@ def test_wrong_chords_are_one_line(parts):
         parts["torus"].facets(0.1, angle=100)
     with pytest.raises(CadError, match="normals 'round', expected one of"):
         parts["torus"].facets(0.1, normals="round")
+
+
+@pytest.mark.parametrize("chord", [0.2, 0.05])
+def test_how_far_facets_miss_the_faces(chord):
+    """A ball of radius 8: flat triangles of a chord miss it by that, as its formula says of all their points."""
+    part = part_of(shapes.sphere())
+    centre = part.bounding_box.mean(axis=0)
+    radius = 0.5 * np.ptp(part.bounding_box[:, 0])
+    facets = part.facets(chord, normals="element")
+    points, cells = facets.triangles()
+    weights = np.random.default_rng(1).dirichlet(np.ones(3), 400)
+    inside = np.einsum("wk,tkc->twc", weights, points[cells]).reshape(-1, 3)
+    sag = radius - np.linalg.norm(inside - centre, axis=1).min()
+    assert facets.misfit() == pytest.approx(sag, rel=0.1) and facets.misfit() < 1.5 * chord
+    assert part.facets(chord, normals="nagata").misfit() < 0.1 * facets.misfit()
+    assert part.surface(offset=0.1).misfit() == 0.0
+
+
+def test_facets_of_no_part_miss_nothing():
+    assert FacetSurface([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).misfit() == 0.0

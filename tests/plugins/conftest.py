@@ -102,6 +102,9 @@ class FakeSurface:
         watertight = SimpleNamespace(edge=0.0, vertex=0.0)
         self.part = SimpleNamespace(triangles=lambda: shown, gap_report=lambda: watertight) if shown else None
 
+    def misfit(self):
+        return 0.0
+
     def project(self, points, seed=None):
         n = len(points)
         foot = np.column_stack([points[:, :2], np.full(n, self.height)])
