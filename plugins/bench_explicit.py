@@ -111,17 +111,14 @@ def time_sheet(name, element, size, n_threads):
 def bytes_of(dynamics):
     """Bytes of the arrays a step reads and writes, and of all arrays held."""
     sheet, elements = dynamics.state.sheet, dynamics.sheet.elements
-    state = sum(a.nbytes for a in sheet.arrays().values())
-    past = sum(a.nbytes for a in vars(dynamics.past).values())
-    operators = sum(
-        a.nbytes
-        for group in (elements.triangles, getattr(elements, "patches", ()), vars(elements).values())
-        for a in group
-        if isinstance(a, np.ndarray)
-    )
-    own = sum(a.nbytes for a in vars(dynamics).values() if isinstance(a, np.ndarray))
-    trial = sum(a.nbytes for a in dynamics.stable.trial.arrays().values()) + dynamics.stable.slot_force.nbytes
-    return state + past + operators + own, state + past + operators + own + trial
+
+    def bytes_in(values):
+        return sum(a.nbytes for a in values if isinstance(a, np.ndarray))
+
+    operators = sum(bytes_in(x) for x in (elements.triangles, getattr(elements, "blocks", ()), vars(elements).values()))
+    own = bytes_in(vars(dynamics).values()) + bytes_in(vars(dynamics.passes).values())
+    nodal = bytes_in((sheet.u, sheet.internal, sheet.external))
+    return nodal + operators + own, bytes_in(sheet.arrays().values()) + operators + own
 
 
 def copy_speed():

@@ -103,6 +103,20 @@ def unit_normals(x, cells, normal):
             normal[tri, c] /= size
 
 
+@njit(**FUSED_POINT)
+def slot_forces(tri, x, cells, g, volume, s, normal, torsion, force):
+    """Fills the nodal forces of one triangle. x, cells, g, normal, force : flat; s : its stress, three numbers"""
+    i, j, k, size = 3 * tri, 3 * tri + 1, 3 * tri + 2, volume[tri]
+    a1, a2 = tangents(x, cells, g, tri)
+    n = normal[i], normal[j], normal[k]
+    rot1, rot2 = torsion * dot(n, a1), torsion * dot(n, a2)
+    on_a1 = scaled(size, plus(plus(scaled(s[0], a1), s[2], a2), rot1, n))
+    on_a2 = scaled(size, plus(plus(scaled(s[2], a1), s[1], a2), rot2, n))
+    for node in range(3):
+        q, to = 6 * tri + 2 * node, 9 * tri + 3 * node
+        force[to], force[to + 1], force[to + 2] = plus(scaled(g[q], on_a1), g[q + 1], on_a2)
+
+
 @njit(parallel=True, cache=True)
 def internal_forces(x, cells, gradients, volume, s, normal, torsion, force):
     """Fills force (m, 3, 3): nodal forces of every triangle [N], membrane and torsion.
@@ -112,15 +126,8 @@ def internal_forces(x, cells, gradients, volume, s, normal, torsion, force):
     n_tris, x, cells, g, s = len(cells), x.reshape(-1), cells.reshape(-1), gradients.reshape(-1), s.reshape(-1)
     normal, force = normal.reshape(-1), force.reshape(-1)
     for tri in prange(n_tris):
-        i, j, k, size = 3 * tri, 3 * tri + 1, 3 * tri + 2, volume[tri]
-        a1, a2 = tangents(x, cells, g, tri)
-        n = normal[i], normal[j], normal[k]
-        rot1, rot2 = torsion * dot(n, a1), torsion * dot(n, a2)
-        on_a1 = scaled(size, plus(plus(scaled(s[i], a1), s[k], a2), rot1, n))
-        on_a2 = scaled(size, plus(plus(scaled(s[k], a1), s[j], a2), rot2, n))
-        for node in range(3):
-            q, to = 6 * tri + 2 * node, 9 * tri + 3 * node
-            force[to], force[to + 1], force[to + 2] = plus(scaled(g[q], on_a1), g[q + 1], on_a2)
+        own = s[3 * tri], s[3 * tri + 1], s[3 * tri + 2]
+        slot_forces(tri, x, cells, g, volume, own, normal, torsion, force)
 
 
 @njit(parallel=True, cache=True)

@@ -1,0 +1,118 @@
+"""From places to forces, for all triangles of a sheet: strains, material, forces, thickness and work of the stresses.
+
+Laws of this package go block by block, so that a triangle's numbers stay in the cache from its strain to its forces.
+A law of a user's own takes whole arrays, and everything with it.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from ..elements.assembly import gather_forces
+from ..lanes import BLOCK
+from ..materials.material import Material
+from ..materials.quadratic import VonMises
+from ..state import new_sheet
+from .central_differences import n_chunks, through_thickness
+from .held import KEPT, hold
+from .membrane_pass import membrane_pass
+from .shell_pass import shell_pass
+
+HISTORY = ("strain", "plastic", "equivalent", "history", "stress")
+
+
+def build_pass(sheet, state):
+    """The pass of a Sheet in a SheetState."""
+    return (InBlocks if isinstance(sheet.blank.material, Material) else ArrayByArray)(sheet, state)
+
+
+def never_yields(material):
+    """A Material of the same elasticity."""
+    endless = 1e3 * material.young
+    return Material(material.young, material.poisson, VonMises(), lambda ep: endless + 0.0 * ep, "elastic")
+
+
+class InBlocks:
+    """Passes of a compiled law.
+
+    thickness (m,) [mm], what the triangles would have unloaded; ratio (m,), what they have over the initial one
+    """
+
+    def __init__(self, sheet, state):
+        self.sheet, elements, m = sheet, sheet.elements, len(sheet.triangles.cells)
+        self.law = sheet.blank.material.compiled()
+        self.elastic_law = never_yields(sheet.blank.material).compiled()
+        self.held, self.past = hold(state, len(elements.weight))
+        self.slot_force = np.empty((*elements.slots.shape, 3))
+        self.thickness, self.ratio, self.sums = np.empty(m), np.empty(m), np.empty(-(-m // BLOCK))
+        self.trial = np.empty(m), np.empty(m), np.empty(-(-m // BLOCK))
+        self.kept = [getattr(state, name) for name in KEPT]
+
+    def step(self, state, keeps):
+        """Fill the internal forces of a state from its places, and renew what the sheet remembers; strains and stresses
+        of the state are filled where `keeps`. Returns the work of the stresses [mJ]."""
+        self._run(state.u, self.law, True, keeps, self.thickness, self.ratio, self.sums)
+        gather_forces(self.slot_force, *self.sheet.pattern.rows, state.internal)
+        return float(self.sums.sum())
+
+    def elastic_forces(self, u):
+        """Internal forces (n + k, 3) at other places, if nothing yielded on the way there."""
+        self._run(u, self.elastic_law, False, False, *self.trial)
+        forces = np.empty_like(u)
+        gather_forces(self.slot_force, *self.sheet.pattern.rows, forces)
+        return forces
+
+    def _run(self, u, law, remembers, keeps, thickness, ratio, sums):
+        e, t, initial = self.sheet.elements, self.sheet.triangles, self.sheet.blank.thickness
+        rest = *law, self.held, self.past, remembers, keeps, *self.kept, self.slot_force, thickness, ratio, sums
+        if e.n_translations > 3:
+            shell_pass(
+                u, e.blocks, t.area, t.volume, e.metric0, e.curvature0, e.form0, e.inverse, e.height, e.weight,
+                e.stretch, initial, *rest,
+            )  # fmt: skip
+        else:
+            membrane_pass(u, t.cells, t.gradients, t.volume, e.normal, e.torsion, initial, *rest)
+
+
+class ArrayByArray:
+    """The same for a law that answers whole arrays."""
+
+    def __init__(self, sheet, state):
+        self.sheet, elements, m = sheet, sheet.elements, len(sheet.triangles.cells)
+        self.elastic, self.state = never_yields(sheet.blank.material), state
+        self.past = {name: getattr(state, name).copy() for name in HISTORY}
+        self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), tangents=False)
+        self.slot_force = np.empty((*elements.slots.shape, 3))
+        self.thickness, self.sums = np.empty(m), np.empty(n_chunks(m))
+
+    @property
+    def ratio(self):
+        """Thickness of the triangles over the initial one, (m,)."""
+        weight = self.sheet.elements.weight
+        return np.exp(self.state.thickness_strain.reshape(-1, len(weight)) @ weight)
+
+    def step(self, state, keeps):
+        """See InBlocks."""
+        sheet = self.sheet
+        for name, past in self.past.items():
+            past[:] = getattr(state, name)
+        sheet.elements.strain(state)
+        sheet.blank.material.update(state.metric, SimpleNamespace(**self.past), state, tangent=False)
+        self._gather(state)
+        through_thickness(
+            self.past["stress"], state.stress, self.past["strain"], state.strain, state.plastic,
+            sheet.elements.weight, sheet.triangles.volume, sheet.blank.thickness, self.thickness, self.sums,
+        )  # fmt: skip
+        return float(self.sums.sum())
+
+    def elastic_forces(self, u):
+        """See InBlocks."""
+        self.trial.u[:] = u
+        self.sheet.elements.strain(self.trial)
+        self.elastic.update(self.trial.metric, self.state, self.trial, tangent=False)
+        self._gather(self.trial)
+        return self.trial.internal.copy()
+
+    def _gather(self, state):
+        self.sheet.elements.forces(state, self.slot_force)
+        gather_forces(self.slot_force, *self.sheet.pattern.rows, state.internal)
