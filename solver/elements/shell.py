@@ -34,6 +34,7 @@ from .triangle_block import (
     A1,
     A2,
     ACROSS,
+    APEX,
     B1,
     B2,
     INVERSE,
@@ -53,10 +54,8 @@ from .triangle_block import (
 from .vectors import dot, plus, scaled
 
 METRIC, KAPPA, NORMAL_FORCE, MOMENT = (BLOCK * i for i in range(SHARED_FIELDS, SHARED_FIELDS + 12, 3))
-FORCE, ON_KAPPA, ON_A1, ON_A2, ON_0, ON_1, ON_2, ON_D, ON_SLOPE = (
-    BLOCK * i for i in range(SHARED_FIELDS + 12, SHARED_FIELDS + 39, 3)
-)
-ROOM = BLOCK * (SHARED_FIELDS + 37)
+FORCE, ON_KAPPA, ON_A1, ON_A2, ON_0, ON_1, ON_2 = (BLOCK * i for i in range(SHARED_FIELDS + 12, SHARED_FIELDS + 33, 3))
+ROOM = BLOCK * (SHARED_FIELDS + 33)
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -118,12 +117,19 @@ def shell_forces(u, blocks, area, result, force):
             q = 6 * (a + p)
             put(w, NORMAL_FORCE, p, (result[q], result[q + 1], result[q + 2]))
             put(w, MOMENT, p, (result[q + 3], result[q + 4], result[q + 5]))
-        block_forces(n, block, blocks, area[a:], w, across, force[27 * a :])
+        block_forces(n, block, blocks, area[a:], w, across)
+        for p in range(n):
+            for i in range(3):
+                to, there = 27 * (a + p) + 3 * i, across[ACROSS * i :]
+                force[to], force[to + 1], force[to + 2] = vector(w, ON_0 + 3 * BLOCK * i, p)
+                force[to + 9], force[to + 10], force[to + 11] = vector(there, APEX, p)
+                force[to + 18], force[to + 19], force[to + 20] = there[SLOPE + p], 0.0, 0.0
 
 
 @njit(**FUSED, error_model="numpy")
-def block_forces(n, block, blocks, area, w, across, force):
-    """Fills force (27 n,) of a block from NORMAL_FORCE and MOMENT. area : (n,)"""
+def block_forces(n, block, blocks, area, w, across):
+    """Fills ON_0, ON_1 and ON_2 of a block from NORMAL_FORCE and MOMENT, and what is across with the forces on it.
+    area : (n,)"""
     sides = blocks.sides[block]
     for p in range(n):
         size, (n11, n22, n12), (m11, m22, m12) = area[p], vector(w, NORMAL_FORCE, p), vector(w, MOMENT, p)
@@ -140,12 +146,8 @@ def block_forces(n, block, blocks, area, w, across, force):
         side, there = sides[SIDE * i :], across[ACROSS * i :]
         for p in range(n):
             b1, b2 = side[B1 + p], side[B2 + p]
-            d, a1, a2, normal = (
-                apex_offset(w, there, p, b1, b2),
-                vector(w, A1, p),
-                vector(w, A2, p),
-                vector(w, NORMAL, p),
-            )
+            d = apex_offset(w, there, p, b1, b2)
+            a1, a2, normal = vector(w, A1, p), vector(w, A2, p), vector(w, NORMAL, p)
             l1, l2, (i11, i22, i12) = side[L1 + p], side[L2 + p], vector(w, INVERSE, p)
             (n11, n22, n12), (m11, m22, m12) = vector(w, FORCE, p), vector(w, ON_KAPPA, p)
             low1, low2 = dot(d, a1), dot(d, a2)
@@ -166,13 +168,9 @@ def block_forces(n, block, blocks, area, w, across, force):
             put(w, ON_0, p, plus(vector(w, ON_0, p), b1 + b2 - 1.0, on_d))
             put(w, ON_1, p, plus(vector(w, ON_1, p), -b1, on_d))
             put(w, ON_2, p, plus(vector(w, ON_2, p), -b2, on_d))
-            put(w, ON_D, p, on_d)
-            w[ON_SLOPE + p] = m * side[LEVER + p]
-        block_reflect(block, blocks, i, ON_D, w)
-        for p in range(n):
-            q = 27 * p + 9 + 3 * i
-            force[q], force[q + 1], force[q + 2] = vector(w, ON_D, p)
-            force[q + 9], force[q + 10], force[q + 11] = w[ON_SLOPE + p], 0.0, 0.0
+            put(there, APEX, p, on_d)
+            there[SLOPE + p] = m * side[LEVER + p]
+        block_reflect(block, blocks, i, there)
     for p in range(n):
         on_a1, on_a2 = vector(w, ON_A1, p), vector(w, ON_A2, p)
         put(w, ON_0, p, plus(plus(vector(w, ON_0, p), sides[L1 + p], on_a1), sides[L2 + p], on_a2))
@@ -180,6 +178,3 @@ def block_forces(n, block, blocks, area, w, across, force):
         put(
             w, ON_2, p, plus(plus(vector(w, ON_2, p), sides[2 * SIDE + L1 + p], on_a1), sides[2 * SIDE + L2 + p], on_a2)
         )
-    for p in range(n):
-        for component in range(9):
-            force[27 * p + component] = w[ON_0 + BLOCK * component + p]

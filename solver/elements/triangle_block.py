@@ -119,9 +119,9 @@ def reflect(w, field, p, plane):
 
 
 @njit(**FUSED, error_model="numpy")
-def block_reflect(block, blocks, i, field, w):
-    """Reflects three fields of those triangles of a block whose side i sees a mirror image."""
+def block_reflect(block, blocks, i, across):
+    """Reflects the forces on the apices that side i of a block sees in a mirror."""
     for k in range(blocks.first[block], blocks.first[block + 1]):
         tri, side, row = blocks.mirrored[k]
         if side == i:
-            reflect(w, field, tri - block * BLOCK, blocks.planes[row])
+            reflect(across, APEX, tri - block * BLOCK, blocks.planes[row])

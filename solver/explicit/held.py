@@ -1,7 +1,8 @@
 """What the points of a sheet remember from step to step, as explicit passes read and write it: in blocks of triangles
 (`lanes.py`), layer after layer, so that a pass meets it in the order of memory and in vectors.
 
-Fields of a layer of a block: strain H, plastic strain HP, its equivalent EP, stress T.
+Fields of a layer of a block: plastic strain HP, its equivalent EP, stress T. The strain is HP and what T takes
+elastically.
 """
 
 import numpy as np
@@ -10,10 +11,11 @@ from numba import njit
 from ..kernels import FUSED, INNER
 from ..lanes import BLOCK, vector
 from ..materials.block import E33, EP, HP, METRIC, SECOND, H, T, block_pull_back, block_strains
+from ..materials.modulus import young_at
 from ..materials.update import respond
 
-OLD_H, OLD_HP, OLD_EP, OLD_T = (BLOCK * i for i in (0, 3, 6, 7))
-FIELDS = 10
+OLD_HP, OLD_EP, OLD_T = (BLOCK * i for i in (0, 3, 4))
+FIELDS = 7
 KEPT = ("metric", "strain", "plastic", "equivalent", "history", "stress", "thickness_strain", "second_stress")
 
 
@@ -28,7 +30,7 @@ def hold(state, n_layers):
         padded[:m] = rows.reshape(m, n_layers, width)
         return padded.reshape(blocks, BLOCK, n_layers, width).transpose(0, 2, 1, 3)
 
-    rows = np.hstack([state.strain, state.plastic, state.equivalent[:, None], state.stress])
+    rows = np.hstack([state.plastic, state.equivalent[:, None], state.stress])
     held = np.ascontiguousarray(laid_out(rows).transpose(0, 1, 3, 2)).reshape(blocks, n_layers, FIELDS * BLOCK)
     return held, np.ascontiguousarray(laid_out(state.history))
 
@@ -44,19 +46,20 @@ def answer(shape, hardening, rate, elastic, n, held, past, now, w):
     block_pull_back(n, w)
 
 
-@njit(**FUSED)
-def work_of(n, held, w, weight, work):
+@njit(**FUSED, error_model="numpy")
+def work_of(n, elastic, held, w, weight, work):
     """Adds to work (BLOCK,) weight times twice the work of the stresses over the step [mJ/mm^3]."""
     for p in range(n):
         (t1, t2, t3), (s1, s2, s3) = vector(w, T, p), vector(held, OLD_T, p)
-        (h1, h2, h3), (g1, g2, g3) = vector(w, H, p), vector(held, OLD_H, p)
+        (h1, h2, h3), (hp1, hp2, hp3) = vector(w, H, p), vector(held, OLD_HP, p)
+        over, nu = 1.0 / young_at(elastic, held[OLD_EP + p])[0], elastic.nu
+        g1, g2, g3 = hp1 + over * (s1 - nu * s2), hp2 + over * (s2 - nu * s1), hp3 + 2.0 * (1.0 + nu) * over * s3
         work[p] += weight * ((t1 + s1) * (h1 - g1) + (t2 + s2) * (h2 - g2) + (t3 + s3) * (h3 - g3))
 
 
 @njit(**INNER)
 def remember(held, past, now, w):
     """What one layer of a block remembers from now on."""
-    held[OLD_H : OLD_H + 3 * BLOCK] = w[H : H + 3 * BLOCK]
     held[OLD_HP : OLD_HP + 3 * BLOCK] = w[HP : HP + 3 * BLOCK]
     held[OLD_EP : OLD_EP + BLOCK] = w[EP : EP + BLOCK]
     held[OLD_T : OLD_T + 3 * BLOCK] = w[T : T + 3 * BLOCK]

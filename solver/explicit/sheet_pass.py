@@ -8,11 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ..elements.assembly import gather_forces
+from ..elements.assembly import build_corners, gather_forces
 from ..lanes import BLOCK
 from ..materials.material import Material
 from ..materials.quadratic import VonMises
 from ..state import new_sheet
+from .block_nodes import build_block_nodes
 from .central_differences import n_chunks, through_thickness
 from .held import KEPT, hold
 from .membrane_pass import membrane_pass
@@ -43,7 +44,8 @@ class InBlocks:
         self.law = sheet.blank.material.compiled()
         self.elastic_law = never_yields(sheet.blank.material).compiled()
         self.held, self.past = hold(state, len(elements.weight))
-        self.slot_force = np.empty((*elements.slots.shape, 3))
+        self.nodes, self.corners = build_block_nodes(elements.slots)
+        self.force = np.empty((self.nodes.first[-1], 3))
         self.thickness, self.ratio, self.sums = np.empty(m), np.empty(m), np.empty(-(-m // BLOCK))
         self.trial = np.empty(m), np.empty(m), np.empty(-(-m // BLOCK))
         self.kept = [getattr(state, name) for name in KEPT]
@@ -52,19 +54,19 @@ class InBlocks:
         """Fill the internal forces of a state from its places, and renew what the sheet remembers; strains and stresses
         of the state are filled where `keeps`. Returns the work of the stresses [mJ]."""
         self._run(state.u, self.law, True, keeps, self.thickness, self.ratio, self.sums)
-        gather_forces(self.slot_force, *self.sheet.pattern.rows, state.internal)
+        gather_forces(self.force, *self.corners, state.internal)
         return float(self.sums.sum())
 
     def elastic_forces(self, u):
         """Internal forces (n + k, 3) at other places, if nothing yielded on the way there."""
         self._run(u, self.elastic_law, False, False, *self.trial)
         forces = np.empty_like(u)
-        gather_forces(self.slot_force, *self.sheet.pattern.rows, forces)
+        gather_forces(self.force, *self.corners, forces)
         return forces
 
     def _run(self, u, law, remembers, keeps, thickness, ratio, sums):
         e, t, initial = self.sheet.elements, self.sheet.triangles, self.sheet.blank.thickness
-        rest = *law, self.held, self.past, remembers, keeps, *self.kept, self.slot_force, thickness, ratio, sums
+        rest = *law, self.held, self.past, remembers, keeps, *self.kept, self.nodes, self.force, thickness, ratio, sums
         if e.n_translations > 3:
             shell_pass(
                 u, e.blocks, t.area, t.volume, e.metric0, e.curvature0, e.form0, e.inverse, e.height, e.weight,
@@ -83,6 +85,7 @@ class ArrayByArray:
         self.past = {name: getattr(state, name).copy() for name in HISTORY}
         self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), tangents=False)
         self.slot_force = np.empty((*elements.slots.shape, 3))
+        self.corners = build_corners(elements.slots, len(state.u))
         self.thickness, self.sums = np.empty(m), np.empty(n_chunks(m))
 
     @property
@@ -115,4 +118,4 @@ class ArrayByArray:
 
     def _gather(self, state):
         self.sheet.elements.forces(state, self.slot_force)
-        gather_forces(self.slot_force, *self.sheet.pattern.rows, state.internal)
+        gather_forces(self.slot_force, *self.corners, state.internal)

@@ -10,13 +10,14 @@ import numpy as np
 from numba import njit, prange
 
 from ..elements.section import fibres, mixed, third_form_row
-from ..elements.shell import KAPPA, MOMENT, NORMAL_FORCE, ROOM, block_forces, block_strains
+from ..elements.shell import KAPPA, MOMENT, NORMAL_FORCE, ON_0, ROOM, block_forces, block_strains
 from ..elements.shell import METRIC as MIDDLE
-from ..elements.triangle_block import ACROSS, block_frames
-from ..kernels import FUSED
+from ..elements.triangle_block import ACROSS, APEX, SLOPE, block_frames
+from ..kernels import FUSED, INNER
 from ..lanes import BLOCK, put, vector
 from ..materials.block import E33, HP, METRIC, SECOND
 from ..materials.block import ROOM as ROOM_OF_POINTS
+from .block_nodes import add, hand_over
 from .held import answer, keep, remember, work_of
 
 # Fields beside the elements': of the layers, and sums over them.
@@ -29,10 +30,10 @@ ROOM_OF_PASS = ROOM + 21 * BLOCK
 def shell_pass(
     u, blocks, area, volume, metric0, kappa0, form0, inverse, height, weight, stretch, initial, shape, hardening, rate,
     elastic, held, past, remembers, keeps, metric, strain, plastic, equivalent, history, stress, thickness_strain,
-    second_stress, slot_force, thickness, ratio, sums,
+    second_stress, nodes, force, thickness, ratio, sums,
 ):  # fmt: skip
-    """Fills slot_force (m, 9, 3), forces on the slots [N]; thickness (m,), what it would be unloaded [mm]; ratio (m,),
-    thickness over the initial one; sums (blocks,), work of the stresses over the step [mJ].
+    """Fills force, at the rows of each block of nodes (BlockNodes) [N]; thickness (m,), what it would be unloaded [mm];
+    ratio (m,), thickness over the initial one; sums (blocks,), work of the stresses over the step [mJ].
 
     metric0, kappa0, form0, inverse (m, 3), height, weight (n_layers,), stretch (m,), initial : of ShellElements
     shape, hardening, rate, elastic : the material; held, past : of `held.hold`, renewed where remembers is true
@@ -41,7 +42,7 @@ def shell_pass(
     Contact takes the unloaded thickness: if it followed the elastic part, some 1e-4 of it, a step late, an edge pressed
     against a wall would feed on its own waves.
     """
-    n_tris, n_layers, u, slot_force = area.shape[0], height.shape[0], u.reshape(-1), slot_force.reshape(-1)
+    n_tris, n_layers, u = area.shape[0], height.shape[0], u.reshape(-1)
     metric0, kappa0, form0, inverse = metric0.reshape(-1), kappa0.reshape(-1), form0.reshape(-1), inverse.reshape(-1)
     for block in prange(blocks.sides.shape[0]):
         a, w, across = BLOCK * block, np.empty(ROOM_OF_PASS), np.empty(3 * ACROSS)
@@ -55,7 +56,7 @@ def shell_pass(
             block_layer(n, height[layer], stretch[a:], w, points)
             answer(shape, hardening, rate, elastic, n, held[block, layer], past[block, layer], now, points)
             add_layer(n, weight[layer], height[layer], stretch[a:], initial, points, w)
-            work_of(n, held[block, layer], points, weight[layer], w[WORK:])
+            work_of(n, elastic, held[block, layer], points, weight[layer], w[WORK:])
             if remembers:
                 remember(held[block, layer], past[block, layer], now, points)
             if keeps:
@@ -64,7 +65,10 @@ def shell_pass(
                     stress, thickness_strain, second_stress,
                 )  # fmt: skip
         block_resultants(n, inverse[a3:], w)
-        block_forces(n, block, blocks, area[a:], w, across, slot_force[27 * a :])
+        block_forces(n, block, blocks, area[a:], w, across)
+        at = np.zeros(3 * nodes.most + 3)
+        add_forces(n, nodes.local[a:], w, across, at)
+        hand_over(block, nodes, at, force)
         total = 0.0
         for p in range(n):
             thickness[a + p], ratio[a + p] = initial * exp(w[PLASTIC + p]), exp(w[THICKENED + p])
@@ -122,3 +126,14 @@ def block_resultants(n, inverse, w):
         r1, r2, r3 = third_form_row(q1, q2, q3, b11, b12, b21, b22)
         put(w, NORMAL_FORCE, p, vector(w, Z0, p))
         put(w, MOMENT, p, (m1 + r1, m2 + r2, m3 + r3))
+
+
+@njit(**INNER)
+def add_forces(n, local, w, across, at):
+    """Adds the forces of the triangles of a block to its rows. local : (n, 9)"""
+    for p in range(n):
+        for i in range(3):
+            there = across[ACROSS * i :]
+            add(at, local[p, i], w, ON_0 + 3 * BLOCK * i, p)
+            add(at, local[p, 3 + i], there, APEX, p)
+            at[3 * local[p, 6 + i]] += there[SLOPE + p]

@@ -7,9 +7,12 @@ x_i k_i, k_i = 1/(1 + mu l_i) with mu = dg/s_y(ep + dg). With q_i = l_i x_i^2 of
 sigma_eq^2 = sum q_i k_i^2, so that one equation for dg remains, sigma_eq(dg) = s_y(ep + dg) (theory_shell.md 7). The
 shear 12 is a mode of its own.
 
-Newton works on s_y/sigma_eq = 1: for one l alone and linear hardening that is linear in dg. All points of a block take
-each sweep together, those that are done without moving, so that no point sees its neighbours; the few that take more
-than `N_SWEEPS`, and every point of a material with a rate, are solved one by one inside a bracket.
+Newton works on G = s_y/sigma_eq - 1 = 0: for one l alone and linear hardening that is linear in dg. Its step is bent by
+the curvature that different l give (Chebyshev's method), so that a guess off by f is next off by some f^3: with
+A, B, C = sum q k^2 (k l)^0, 1, 2 and v = s_y - dg s_y', G' sigma^3 s_y = B v + A s_y s_y' and, but for s_y'',
+G'' sigma^5 s_y^3 = 3 v^2 (B^2 - A C). All points of a block take each sweep together, those that are done without
+moving, so that no point sees its neighbours; the few that take more than `N_SWEEPS`, and every point of a material with
+a rate, are solved one by one inside a bracket.
 """
 
 from math import sqrt
@@ -28,7 +31,9 @@ from .rate import rate_factor
 X, Q = BLOCK * SHARED, BLOCK * (SHARED + 3)
 DG, SY, SLOPE, MU, OPEN, Y, PLACE, ROW, A0, A1, A2, A3 = (BLOCK * i for i in range(SHARED + 6, SHARED + OWN))
 N_SWEEPS = 8
-YIELDS, NEARLY, EXACT = 1e-12, 1e-8, 1e-13  # of the yield stress; from NEARLY the next step is the last
+YIELDS, EXACT = 1e-12, 1e-13  # of the yield stress
+NEARLY, CLOSE = 5e-6, 1e-8  # from where the next step is the last: along the curve alone, and with a rate
+BEND = 0.5  # of a step, at most, by the curvature: far from the solution it tells little
 
 
 class Modes(NamedTuple):
@@ -73,16 +78,20 @@ def relaxed(dg, sy, k):
 
 @njit(**FUSED_POINT)
 def excess(q1, q2, q3, dg, sy, rise, run, k):
-    """sigma_eq - s_y after dg more of equivalent plastic strain, and Newton's step from there. The slope of s_y is
+    """sigma_eq - s_y after dg more of equivalent plastic strain, and the step from there. The slope of s_y is
     rise/run."""
     k1, k2, k3, all_three = relaxed(dg, sy, k)
     over = sy / all_three
     k1, k2, k3 = k1 * over, k2 * over, k3 * over
     w1, w2, w3 = q1 * k1 * k1, q2 * k2 * k2, q3 * k3 * k3
-    square = w1 + w2 + w3
-    f, fall = sqrt(square) - sy, w1 * k1 * k.l1 + w2 * k2 * k.l2 + w3 * k3 * k.l3
-    square *= sy
-    return f, f * square * run / (fall * (sy * run - dg * rise) + rise * square)
+    a, (k1, k2, k3) = w1 + w2 + w3, (k1 * k.l1, k2 * k.l2, k3 * k.l3)
+    f, b, c = sqrt(a) - sy, w1 * k1 + w2 * k2 + w3 * k3, w1 * k1 * k1 + w2 * k2 * k2 + w3 * k3 * k3
+    v, sa = sy * run - dg * rise, sy * a
+    below = b * v + rise * sa
+    over = 1.0 / (sy * below)
+    to_slope = over * sy
+    bend = 1.5 * (v * to_slope) * (v * to_slope) * (a * c - b * b) * f * (over * below)
+    return f, f * sa * run * to_slope * (1.0 + max(min(bend, BEND), -BEND))
 
 
 @njit(**FUSED, error_model="numpy")
@@ -156,7 +165,7 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
         ahead = dg + step
         if not low < ahead < high:
             ahead = 0.5 * (low + high)
-        elif abs(f) <= NEARLY * sy:  # converges quadratically: the next would find nothing left
+        elif abs(f) <= CLOSE * sy:  # converges quadratically: the next would find nothing left
             sy += slope * step
             dg = ahead
             break

@@ -1,0 +1,55 @@
+"""Forces of a block's triangles, added up at the block's own rows of unknowns before they go to the sheet's: a node's
+slots are in few blocks, so that little goes through memory."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..elements.assembly import build_corners
+from ..kernels import FUSED_POINT, INNER
+from ..lanes import BLOCK, vector
+
+
+class BlockNodes(NamedTuple):
+    """first (blocks + 1,): where each block's rows begin among all blocks'; local (m, k): row of each slot within its
+    block, those that are not there one after the last; most: rows of a block, at most"""
+
+    first: np.ndarray
+    local: np.ndarray
+    most: int
+
+
+def build_block_nodes(slots):
+    """BlockNodes of slots (m, k), -1 where there is none, and the Corners that gather their rows."""
+    m, k = slots.shape
+    n_rows, blocks = slots.max() + 1, -(-m // BLOCK)
+    block = np.repeat(np.arange(m) // BLOCK, k)
+    there = slots.ravel() >= 0
+    key, inverse = np.unique(block[there] * n_rows + slots.ravel()[there], return_inverse=True)
+    first = np.searchsorted(key, n_rows * np.arange(blocks + 1))
+    local = np.diff(first)[block]
+    local[there] = inverse.ravel() - first[block[there]]
+    corners = build_corners((key % n_rows)[:, None], n_rows)
+    return BlockNodes(first, local.reshape(m, k).astype(np.uint32), int(np.diff(first).max())), corners
+
+
+@njit(**FUSED_POINT)
+def add(at, row, values, field, p):
+    """Adds three fields of one point to a row of at (3 rows,)."""
+    v1, v2, v3 = vector(values, field, p)
+    at[3 * row] += v1
+    at[3 * row + 1] += v2
+    at[3 * row + 2] += v3
+
+
+@njit(**INNER)
+def hand_over(block, nodes, at, force):
+    """Fills a block's rows of force (rows of all blocks, 3) with its sums at (3 most + 3,)."""
+    first = nodes.first[block]
+    for row in range(nodes.first[block + 1] - first):
+        force[first + row, 0], force[first + row, 1], force[first + row, 2] = (
+            at[3 * row],
+            at[3 * row + 1],
+            at[3 * row + 2],
+        )
