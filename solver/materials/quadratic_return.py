@@ -32,7 +32,7 @@ X, Q = BLOCK * SHARED, BLOCK * (SHARED + 3)
 DG, SY, SLOPE, MU, OPEN, Y, PLACE, ROW, A0, A1, A2, A3 = (BLOCK * i for i in range(SHARED + 6, SHARED + OWN))
 N_SWEEPS = 8
 YIELDS, EXACT = 1e-12, 1e-13  # of the yield stress
-NEARLY, CLOSE = 5e-6, 1e-8  # from where the next step is the last: along the curve alone, and with a rate
+NEARLY, CLOSE = 5e-6, 1e-8  # from where the next step is the last; and where the slope is wanted too, or with a rate
 BEND = 0.5  # of a step, at most, by the curvature: far from the solution it tells little
 
 
@@ -95,7 +95,7 @@ def excess(q1, q2, q3, dg, sy, rise, run, k):
 
 
 @njit(**FUSED, error_model="numpy")
-def sweep_block(w, n, k, table):
+def sweep_block(w, n, k, table, enough):
     """Fills DG, SY and SLOPE of the points of a block whose equation Newton solves. Returns how many it does not,
     which OPEN marks."""
     left = n
@@ -124,7 +124,7 @@ def sweep_block(w, n, k, table):
             w[DG + p] = dg + step if moves else dg
             w[SY + p] = sy + slope * step if moves else w[SY + p]
             w[SLOPE + p] = slope if moves else w[SLOPE + p]
-            open_ = 0.0 if elastic | (abs(f) <= NEARLY * sy) else open_
+            open_ = 0.0 if elastic | (abs(f) <= enough * sy) else open_
             w[OPEN + p] = open_
             left += 1 if open_ > 0.0 else 0
         if left == 0:
@@ -231,7 +231,7 @@ def stiffen_block(w, n, k):
 def respond_quadratic(k, curve, rate, elastic, n, w, past, now, stiffened):
     """See `update.respond`. The law has no history of its own."""
     begin_block(w, n, k)
-    if rate.inverse_dt > 0.0 or sweep_block(w, n, k, curve.table) > 0:
+    if rate.inverse_dt > 0.0 or sweep_block(w, n, k, curve.table, CLOSE if stiffened else NEARLY) > 0:
         for p in range(n):
             if w[OPEN + p] > 0.0:
                 q1, q2, q3 = vector(w, Q, p)
