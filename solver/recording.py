@@ -72,6 +72,7 @@ class Recorder:
             thickness_min=float(thickness.min()),
             thickness_max=float(thickness.max()),
             thinning_max=float(1.0 - thickness.min() / self.sheet.blank.thickness),
+            squeeze_max=float(np.max(state.squeeze, initial=0.0)),
             torsion_share=energy.torsion_share(),
             dynamic=float(outcome.dynamic),
             kinetic_share=energy.kinetic_share(),

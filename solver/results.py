@@ -7,6 +7,7 @@ import numpy as np
 
 LARGEST_TORSION_SHARE = 0.02
 LARGEST_KINETIC_SHARE = 0.05
+LARGEST_SQUEEZE = 0.1  # of the least thickness
 SET_OUT = 0.25  # of the stroke; before that a flat sheet has little energy to compare with
 
 
@@ -58,6 +59,7 @@ class Results:
         tilt_<tool> [degrees] of tools that may tilt, bead_<drawbead> and uplift_<drawbead> [N, whole part],
         reaction_<group>_<axis> [N, on the modelled nodes of a group that is moved], draw_in_<name> [mm],
         thickness_min, thickness_max [mm], thinning_max,
+        squeeze_max (how deep a node is in the tools on its two sides together [mm]; the elements know nothing of it),
         fld_margin_min and fld_margin_x, _y, _z (where the blank has a forming limit: the smallest margin, and the
         middle of its triangle [mm]),
         torsion_share (work of the torsion stabilisation relative to the external work so far), kinetic_share (kinetic
@@ -149,6 +151,12 @@ class Results:
             found.append(
                 f"from {stroke[leaning][0]:.3g} mm on, the torsion stabilisation has done more than "
                 f"{100 * LARGEST_TORSION_SHARE:.0f} % of the work: the membrane wants to wrinkle; use a shell"
+            )
+        squeezed = np.array(self.history["squeeze_max"]) > LARGEST_SQUEEZE * np.array(self.history["thickness_min"])
+        if squeezed.any():
+            found.append(
+                f"from {stroke[squeezed][0]:.3g} mm on, the tools leave the sheet less room than its thickness, "
+                f"up to {max(self.history['squeeze_max']):.2g} mm less: do not trust forces and thickness there"
             )
         snapping = ~self.in_equilibrium()
         if snapping.any():

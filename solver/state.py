@@ -94,6 +94,11 @@ class ContactState(FootState):
         return np.any([foot.status != 0 for foot in self.feet], axis=0)
 
     @property
+    def overlap(self):
+        """How deep each node is in the tool where it touches it, (n,) [mm], 0 elsewhere."""
+        return np.max([np.where(foot.status != 0, -foot.gap, 0.0) for foot in self.feet], axis=0, initial=0.0)
+
+    @property
     def push(self):
         """Forces on the nodes, (n, 3) [N]."""
         return sum(foot.normal_force[:, None] * foot.normal + foot.friction_force for foot in self.feet)
@@ -133,6 +138,12 @@ class State:
             contact.copy_from(other.tools[name])
         for name, bead in self.beads.items():
             bead.copy_from(other.beads[name])
+
+    @property
+    def squeeze(self):
+        """By how much tools on both sides press the sheet thinner, (n,) [mm], 0 where a node touches one at most."""
+        between = np.sum([contact.touching for contact in self.tools.values()], axis=0) > 1
+        return np.where(between, np.sum([contact.overlap for contact in self.tools.values()], axis=0), 0.0)
 
     def groups(self):
         """Its sets of arrays by the names they are stored under."""

@@ -1,11 +1,24 @@
-"""What is read off a state: the margin to a forming limit."""
+"""What is read off a state: the margin to a forming limit, how far tools squeeze the sheet."""
 
 import numpy as np
 import pytest
 
-from solver import Blank, Implicit, LimitCurve, Material, Membrane, Newton, PlanarHill, Scene, SceneError, Stage, Swift
+from solver import (
+    Blank,
+    Implicit,
+    LimitCurve,
+    Material,
+    Membrane,
+    Newton,
+    PlanarHill,
+    Scene,
+    SceneError,
+    Stage,
+    Swift,
+    Tool,
+)
 from solver import form as run
-from tests.solver.lattice import square
+from tests.solver.lattice import Plane, square
 
 STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589))
 LIMIT = LimitCurve([-0.2, 0.0, 0.2], [0.05, 0.03, 0.06])
@@ -53,3 +66,20 @@ def test_without_a_limit_there_is_no_margin():
 def test_what_is_no_curve_is_refused():
     with pytest.raises(SceneError, match="blank forming_limit: found 0.3, expected a curve such as LimitCurve"):
         pulled(1.02, 0.3)
+
+
+def test_a_sheet_with_less_room_than_its_thickness_is_remarked():
+    def pressed(travel):
+        mesh = square(2, 10.0)
+        mesh.groups = {"all": np.arange(len(mesh.points))}
+        tools = [
+            Tool("DIE", Plane((0.0, 0.0, -0.5))),
+            Tool("PUNCH", Plane((0.0, 0.0, 0.5), (0, 0, -1)), travel=-travel),
+        ]
+        return run(Scene(Blank(mesh, 1.0, STEEL, Membrane(), fixed={"all": "xy"}), [Stage(tools)]), frames=1)
+
+    results = pressed(0.3)
+    assert results.history["squeeze_max"][-1] == pytest.approx(0.3, rel=1e-6)
+    (remark,) = results.remarks()
+    assert "mm on, the tools leave the sheet less room than its thickness, up to 0.3 mm less" in remark
+    assert not pressed(0.05).remarks()
