@@ -35,6 +35,20 @@ def put(w, field, p, v):
 
 
 @njit(**FUSED)
+def copy(fields, source, at, target, to):
+    """Copies some fields. A loop: numba's own assignment of slices compiles a second longer."""
+    for i in range(fields * BLOCK):
+        target[to + i] = source[at + i]
+
+
+@njit(**FUSED)
+def clear(fields, w, field):
+    """Sets some fields to 0."""
+    for i in range(fields * BLOCK):
+        w[field + i] = 0.0
+
+
+@njit(**FUSED)
 def take(n, rows, w, field):
     """Fills three fields of n points from rows (3 n,)."""
     for p in range(n):

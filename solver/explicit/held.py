@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from ..kernels import FUSED, INNER
-from ..lanes import BLOCK, vector
+from ..lanes import BLOCK, copy, put, vector
 from ..materials.block import E33, EP, HP, METRIC, SECOND, H, T, block_pull_back, block_strains
 from ..materials.modulus import young_at
 from ..materials.update import respond
@@ -36,14 +36,29 @@ def hold(state, n_layers):
 
 
 @njit(**INNER, error_model="numpy")
-def answer(shape, hardening, rate, elastic, n, held, past, now, w):
+def answer(shape, hardening, rate, elastic, flows, n, held, past, now, w):
     """Stresses of n points of one layer whose METRIC is in w, with what held and past (BLOCK, k) remember of them; now
-    (BLOCK, k) is filled with the new history."""
-    w[HP : HP + 3 * BLOCK] = held[OLD_HP : OLD_HP + 3 * BLOCK]
-    w[EP : EP + BLOCK] = held[OLD_EP : OLD_EP + BLOCK]
+    (BLOCK, k) is filled with the new history. Elastic ones, and no history, where flows is false."""
+    copy(3, held, OLD_HP, w, HP)
+    copy(1, held, OLD_EP, w, EP)
     block_strains(n, w)
-    respond(shape, hardening, rate, elastic, n, w, past, now, False)
+    if flows:
+        respond(shape, hardening, rate, elastic, n, w, past, now, False)
+    else:
+        respond_elastic(n, elastic, w)
     block_pull_back(n, w)
+
+
+@njit(**FUSED, error_model="numpy")
+def respond_elastic(n, elastic, w):
+    """Fills T and E33 of a block as if nothing flowed."""
+    nu = elastic.nu
+    for p in range(n):
+        (h1, h2, h3), (hp1, hp2, hp3) = vector(w, H, p), vector(w, HP, p)
+        e1, e2, e3, young = h1 - hp1, h2 - hp2, h3 - hp3, young_at(elastic, w[EP + p])[0]
+        c = young / (1.0 - nu * nu)
+        put(w, T, p, (c * (e1 + nu * e2), c * (e2 + nu * e1), 0.5 * (1.0 - nu) * c * e3))
+        w[E33 + p] = -nu / (1.0 - nu) * (e1 + e2) - hp1 - hp2
 
 
 @njit(**FUSED, error_model="numpy")
@@ -60,10 +75,12 @@ def work_of(n, elastic, held, w, weight, work):
 @njit(**INNER)
 def remember(held, past, now, w):
     """What one layer of a block remembers from now on."""
-    held[OLD_HP : OLD_HP + 3 * BLOCK] = w[HP : HP + 3 * BLOCK]
-    held[OLD_EP : OLD_EP + BLOCK] = w[EP : EP + BLOCK]
-    held[OLD_T : OLD_T + 3 * BLOCK] = w[T : T + 3 * BLOCK]
-    past[:] = now
+    copy(3, w, HP, held, OLD_HP)
+    copy(1, w, EP, held, OLD_EP)
+    copy(3, w, T, held, OLD_T)
+    for p in range(past.shape[0]):
+        for i in range(past.shape[1]):
+            past[p, i] = now[p, i]
 
 
 @njit(**INNER)

@@ -16,7 +16,7 @@ from .held import answer, keep, remember, work_of
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def membrane_pass(
-    u, cells, gradients, volume, normal, torsion, initial, shape, hardening, rate, elastic, held, past, remembers,
+    u, cells, gradients, volume, normal, torsion, initial, shape, hardening, rate, elastic, held, past, flows,
     keeps, metric, strain, plastic, equivalent, history, stress, thickness_strain, second_stress, nodes, force,
     thickness, ratio, sums,
 ):  # fmt: skip
@@ -28,9 +28,9 @@ def membrane_pass(
         forces = np.empty(9 * BLOCK)
         n = min(BLOCK, n_tris - a)
         block_metrics(n, a, u, cells, gradients, w)
-        answer(shape, hardening, rate, elastic, n, held[block, 0], past[block, 0], now, w)
+        answer(shape, hardening, rate, elastic, flows, n, held[block, 0], past[block, 0], now, w)
         work_of(n, elastic, held[block, 0], w, 1.0, work)
-        if remembers:
+        if flows:
             remember(held[block, 0], past[block, 0], now, w)
         if keeps:
             keep(

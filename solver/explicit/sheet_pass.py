@@ -27,12 +27,6 @@ def build_pass(sheet, state):
     return (InBlocks if isinstance(sheet.blank.material, Material) else ArrayByArray)(sheet, state)
 
 
-def never_yields(material):
-    """A Material of the same elasticity."""
-    endless = 1e3 * material.young
-    return Material(material.young, material.poisson, VonMises(), lambda ep: endless + 0.0 * ep, "elastic")
-
-
 class InBlocks:
     """Passes of a compiled law.
 
@@ -42,7 +36,6 @@ class InBlocks:
     def __init__(self, sheet, state):
         self.sheet, elements, m = sheet, sheet.elements, len(sheet.triangles.cells)
         self.law = sheet.blank.material.compiled()
-        self.elastic_law = never_yields(sheet.blank.material).compiled()
         self.held, self.past = hold(state, len(elements.weight))
         self.nodes, self.corners = build_block_nodes(elements.slots)
         self.force = np.empty((self.nodes.first[-1], 3))
@@ -53,20 +46,20 @@ class InBlocks:
     def step(self, state, keeps):
         """Fill the internal forces of a state from its places, and renew what the sheet remembers; strains and stresses
         of the state are filled where `keeps`. Returns the work of the stresses [mJ]."""
-        self._run(state.u, self.law, True, keeps, self.thickness, self.ratio, self.sums)
+        self._run(state.u, True, keeps, self.thickness, self.ratio, self.sums)
         gather_forces(self.force, *self.corners, state.internal)
         return float(self.sums.sum())
 
     def elastic_forces(self, u):
         """Internal forces (n + k, 3) at other places, if nothing yielded on the way there."""
-        self._run(u, self.elastic_law, False, False, *self.trial)
+        self._run(u, False, False, *self.trial)
         forces = np.empty_like(u)
         gather_forces(self.force, *self.corners, forces)
         return forces
 
-    def _run(self, u, law, remembers, keeps, thickness, ratio, sums):
+    def _run(self, u, flows, keeps, thickness, ratio, sums):
         e, t, initial = self.sheet.elements, self.sheet.triangles, self.sheet.blank.thickness
-        rest = *law, self.held, self.past, remembers, keeps, *self.kept, self.nodes, self.force, thickness, ratio, sums
+        rest = *self.law, self.held, self.past, flows, keeps, *self.kept, self.nodes, self.force, thickness, ratio, sums
         if e.n_translations > 3:
             shell_pass(
                 u, e.blocks, t.area, t.volume, e.metric0, e.curvature0, e.form0, e.inverse, e.height, e.weight,
@@ -81,7 +74,9 @@ class ArrayByArray:
 
     def __init__(self, sheet, state):
         self.sheet, elements, m = sheet, sheet.elements, len(sheet.triangles.cells)
-        self.elastic, self.state = never_yields(sheet.blank.material), state
+        law, self.state = sheet.blank.material, state
+        endless = 1e3 * law.young
+        self.elastic = Material(law.young, law.poisson, VonMises(), lambda ep: endless + 0.0 * ep, "elastic")
         self.past = {name: getattr(state, name).copy() for name in HISTORY}
         self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), tangents=False)
         self.slot_force = np.empty((*elements.slots.shape, 3))

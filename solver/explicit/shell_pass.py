@@ -14,7 +14,7 @@ from ..elements.shell import KAPPA, MOMENT, NORMAL_FORCE, ON_0, ROOM, block_forc
 from ..elements.shell import METRIC as MIDDLE
 from ..elements.triangle_block import ACROSS, APEX, SLOPE, block_frames
 from ..kernels import FUSED, INNER
-from ..lanes import BLOCK, put, vector
+from ..lanes import BLOCK, clear, put, vector
 from ..materials.block import E33, HP, METRIC, SECOND
 from ..materials.block import ROOM as ROOM_OF_POINTS
 from .block_nodes import add, hand_over
@@ -29,14 +29,15 @@ ROOM_OF_PASS = ROOM + 21 * BLOCK
 @njit(parallel=True, cache=True, error_model="numpy")
 def shell_pass(
     u, blocks, area, volume, metric0, kappa0, form0, inverse, height, weight, stretch, initial, shape, hardening, rate,
-    elastic, held, past, remembers, keeps, metric, strain, plastic, equivalent, history, stress, thickness_strain,
+    elastic, held, past, flows, keeps, metric, strain, plastic, equivalent, history, stress, thickness_strain,
     second_stress, nodes, force, thickness, ratio, sums,
 ):  # fmt: skip
     """Fills force, at the rows of each block of nodes (BlockNodes) [N]; thickness (m,), what it would be unloaded [mm];
     ratio (m,), thickness over the initial one; sums (blocks,), work of the stresses over the step [mJ].
 
     metric0, kappa0, form0, inverse (m, 3), height, weight (n_layers,), stretch (m,), initial : of ShellElements
-    shape, hardening, rate, elastic : the material; held, past : of `held.hold`, renewed where remembers is true
+    shape, hardening, rate, elastic : the material; held, past : of `held.hold`, renewed where flows is true; elsewhere
+    the sheet answers elastically
     metric .. second_stress : of SheetState, filled where keeps is true
 
     Contact takes the unloaded thickness: if it followed the elastic part, some 1e-4 of it, a step late, an edge pressed
@@ -51,13 +52,13 @@ def shell_pass(
         block_frames(n, block, u, blocks, w, across)
         block_strains(n, block, blocks, w, across)
         block_fibres(n, metric0[a3:], kappa0[a3:], form0[a3:], inverse[a3:], w)
-        w[Z0:] = 0.0
+        clear(12, w, Z0)
         for layer in range(n_layers):
             block_layer(n, height[layer], stretch[a:], w, points)
-            answer(shape, hardening, rate, elastic, n, held[block, layer], past[block, layer], now, points)
+            answer(shape, hardening, rate, elastic, flows, n, held[block, layer], past[block, layer], now, points)
             add_layer(n, weight[layer], height[layer], stretch[a:], initial, points, w)
             work_of(n, elastic, held[block, layer], points, weight[layer], w[WORK:])
-            if remembers:
+            if flows:
                 remember(held[block, layer], past[block, layer], now, points)
             if keeps:
                 keep(

@@ -48,7 +48,8 @@ def update_points(
         a3, n = 3 * a, min(BLOCK, n_points - a)
         take(n, metric[a3:], w, METRIC)
         take(n, hp_old[a3:], w, HP)
-        w[EP : EP + n] = ep_old[a : a + n]
+        for p in range(n):
+            w[EP + p] = ep_old[a + p]
         block_strains(n, w)
         respond(shape, hardening, rate, elastic, n, w, past[a : a + n], now[a : a + n], stiffened)
         block_pull_back(n, w)
@@ -57,7 +58,7 @@ def update_points(
         give(n, w, T, stress[a3:])
         give(n, w, HP, hp[a3:])
         give(n, w, SECOND, s[a3:])
-        ep[a : a + n] = w[EP : EP + n]
-        thickness_strain[a : a + n] = w[E33 : E33 + n]
+        for p in range(n):
+            ep[a + p], thickness_strain[a + p] = w[EP + p], w[E33 + p]
         if stiffened:
             block_pull_back_stiffness(n, w, ds_de[a:])
