@@ -3,12 +3,14 @@
 from collections import Counter
 from typing import NamedTuple
 
+import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Quantity import Quantity_Color
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.STEPControl import STEPControl_Reader
+from OCP.StepGeom import StepGeom_CartesianTransformationOperator3d
 from OCP.StepRepr import StepRepr_RepresentationItem
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TColStd import TColStd_SequenceOfAsciiString
@@ -21,7 +23,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from cadlink.references import missing_references
+from cadlink.references import wrong_references
 from cadlink.sewing import faces_in, is_loose, sew
 
 UNITS = {
@@ -51,10 +53,13 @@ def read_parts(path, part_record, tolerance=0.0):
     reader.SetColorMode(True)
     if reader.ReadFile(path) != IFSelect_RetDone:
         return {"error": "it starts like STEP but OpenCASCADE cannot parse it"}
-    missing = missing_references(reader.ChangeReader().WS().Model(), path)
-    if missing:
+    wrong = wrong_references(reader.ChangeReader().WS().Model(), path)
+    if wrong:
+        return {"error": wrong}
+    if is_mirrored(reader.ChangeReader().WS().Model()):
         return {
-            "error": f"it refers to {', '.join(missing)}, not found: expected beside it, or where an absolute path says"
+            "error": "it places a part as its mirror image, which OpenCASCADE would turn instead; "
+            "export the mirrored part as a solid of its own"
         }
     unit = source_unit(reader.ChangeReader())
     if not reader.Transfer(document):
@@ -84,6 +89,21 @@ def read_parts(path, part_record, tolerance=0.0):
         record["tree"], record["sewn"] = body.tree, body.sewn
         parts.append((name, body.color, record))
     return {"unit": unit, "parts": parts}
+
+
+def is_mirrored(model):
+    """Whether a file has a placement whose axes are left-handed (CARTESIAN_TRANSFORMATION_OPERATOR_3D)."""
+    for i in range(1, model.NbEntities() + 1):
+        entity = model.Value(i)
+        if not isinstance(entity, StepGeom_CartesianTransformationOperator3d):
+            continue
+        axes = entity.Axis1(), entity.Axis2(), entity.Axis3()
+        if any(axis is None for axis in axes):
+            continue  # the third then follows from the others
+        x, y, z = (np.array([axis.DirectionRatiosValue(k) for k in (1, 2, 3)]) for axis in axes)
+        if np.cross(x, y) @ z < 0.0:
+            return True
+    return False
 
 
 class Body(NamedTuple):

@@ -74,9 +74,11 @@ def recall(seed, i, first, p):
     if k_e - k_f > APART * abs(c_ef):
         turn = c_ef / (k_e - k_f)
         k_e, k_f = k_e + c_ee, k_f + c_ff
-    # Both of length 1, and at a right angle, to second order.
-    up, along = 1.0 - 0.5 * (t_e * t_e + t_f * t_f), 1.0 - 0.5 * (t_e * t_e + turn * turn)
-    side, down = turn - 0.5 * t_e * t_f, t_e + turn * t_f
+    # Both of length 1, and at a right angle, to second order; beside an umbilic the turn is large, so to sixth in it.
+    square = turn * turn
+    length = 1.0 - square * (0.5 - 0.375 * square)
+    up, along = 1.0 - 0.5 * (t_e * t_e + t_f * t_f), length - 0.5 * t_e * t_e
+    side, down = turn * length - 0.5 * t_e * t_f, length * (t_e + turn * t_f)
     m = (
         up * n[0] + t_e * e[0] + t_f * f[0],
         up * n[1] + t_e * e[1] + t_f * f[1],

@@ -198,11 +198,13 @@ def foot_in_box(patch, power, p, s, t, s0, s1, t0, t1, tiny_s, tiny_t, first_tin
             pull = max(abs(ds) * sqrt(a11) if hold_s else 0.0, abs(dt) * sqrt(a22) if hold_t else 0.0)
             h = sqrt(dot(r, r))
             far = 3e-4 * h + 1e-7
-            width = 0.02 * max((s1 - s0) * sqrt(a11) if hold_s else 0.0, (t1 - t0) * sqrt(a22) if hold_t else 0.0)
-            if pull > max(far, width):
-                return HELD, s, t, h, pull
             if hold_s and hold_t:
                 return (HELD if pull > far else DOUBTFUL), s, t, h, pull
+            width = 0.02 * ((s1 - s0) * sqrt(a11) if hold_s else (t1 - t0) * sqrt(a22))
+            # A way along the side turns the pull; it must be longer than that to tell.
+            along = abs(dt) * sqrt(a22) if hold_s else abs(ds) * sqrt(a11)
+            if pull > max(far, width, along):
+                return HELD, s, t, h, pull
             if hold_s:
                 ds, dt = 0.0, -g2 / h22
             else:

@@ -28,8 +28,8 @@ MANY = 100_000  # points of all knot spans; splines with more stay what they are
 STEP = 1.0  # rad: angles change by less between neighbours of the grid, or go round a pole
 CLOSED = 1e-6  # of the (u, v) box: jumps of a boundary that are taken for round-off
 FIT = 1e-12  # of the (u, v) box
-OTHER_DEGREE = 8  # of the curves that surfaces of revolution and extrusions are made of
-KINDS = ("bspline", "bezier", "revolution", "extrusion")
+OTHER_DEGREE = 8  # of the curves that surfaces of revolution and extrusions are made of, and offsets of surfaces
+KINDS = ("bspline", "bezier", "revolution", "extrusion", "offset")
 
 
 def recognized(probe, kind, box, wires):

@@ -8,11 +8,13 @@ from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepBuilderAPI import (
     BRepBuilderAPI_MakeEdge,
     BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakePolygon,
     BRepBuilderAPI_MakeWire,
     BRepBuilderAPI_NurbsConvert,
     BRepBuilderAPI_Transform,
 )
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+from OCP.BRepOffsetAPI import BRepOffsetAPI_MakePipeShell, BRepOffsetAPI_ThruSections
 from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakeBox,
     BRepPrimAPI_MakeCone,
@@ -30,8 +32,9 @@ from OCP.Geom import (
     Geom_OffsetSurface,
     Geom_ToroidalSurface,
 )
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
-from OCP.TColgp import TColgp_Array1OfPnt, TColgp_Array2OfPnt
+from OCP.GeomAPI import GeomAPI_Interpolate
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Circ, gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.TColgp import TColgp_Array1OfPnt, TColgp_Array2OfPnt, TColgp_HArray1OfPnt
 from OCP.TColStd import TColStd_Array1OfInteger, TColStd_Array1OfReal, TColStd_Array2OfReal
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_SOLID
 from OCP.TopExp import TopExp, TopExp_Explorer
@@ -297,6 +300,35 @@ def plane_face():
     return BRepAlgoAPI_Cut(face, drill).Shape()
 
 
+def bent_tube(points=((0, 0, 0), (5, 0, 7), (18, 0, -3), (30, 0, 6)), radius=1.8):
+    """A circle swept along a spline through points: its side is closed, of degree 6 around and 9 along."""
+    through = TColgp_HArray1OfPnt(1, len(points))
+    for i, p in enumerate(points):
+        through.SetValue(i + 1, gp_Pnt(*map(float, p)))
+    fit = GeomAPI_Interpolate(through, False, 1e-9)
+    fit.Perform()
+    path = fit.Curve()
+    ring = BRepBuilderAPI_MakeEdge(gp_Circ(gp_Ax2(path.StartPoint(), gp_Dir(1.0, 0.0, 0.0)), radius)).Edge()
+    pipe = BRepOffsetAPI_MakePipeShell(BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(path).Edge()).Wire())
+    pipe.Add(BRepBuilderAPI_MakeWire(ring).Wire(), False, False)
+    pipe.Build()
+    pipe.MakeSolid()
+    return pipe.Shape()
+
+
+def round_to_square(height=11.0, radius=8.3, x=12.0, y=9.0):
+    """A rectangle of 2 x by 2 y lofted to a circle: four twisted sides."""
+    corners = BRepBuilderAPI_MakePolygon()
+    for a, b in ((-x, -y), (x, -y), (x, y), (-x, y)):
+        corners.Add(gp_Pnt(a, b, 0.0))
+    corners.Close()
+    circle = gp_Circ(gp_Ax2(gp_Pnt(0.0, 0.0, height), gp_Dir(0.0, 0.0, 1.0)), radius)
+    loft = BRepOffsetAPI_ThruSections(True)
+    loft.AddWire(corners.Wire())
+    loft.AddWire(BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(circle).Edge()).Wire())
+    return loft.Shape()
+
+
 SOLIDS = {
     "box": box,
     "cylinder": cylinder,
@@ -320,6 +352,8 @@ SOLIDS = {
     "rational torus": lambda: as_nurbs(torus()),
     "rational sphere": lambda: as_nurbs(sphere()),
     "rational cone": lambda: as_nurbs(cone_with_apex()),
+    "bent tube": bent_tube,
+    "loft": round_to_square,
     "filleted box": filleted_box,
     "L profile": l_profile,
     "sliver": boss_sliver,

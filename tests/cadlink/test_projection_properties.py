@@ -16,6 +16,10 @@ BODIES = {
     "cylinder": lambda x, y: shapes.cylinder(2.0 + 8.0 * x, 3.0 + 9.0 * y),
     "cone": lambda x, y: BRepPrimAPI_MakeCone(shapes.TILTED, 9.0, 8.0 * x, 3.0 + 9.0 * y).Solid(),
     "sphere": lambda x, y: BRepPrimAPI_MakeSphere(shapes.TILTED, 3.0 + 6.0 * x, -0.3 - y, 1.2, 2.0 + 4.0 * x).Solid(),
+    "whole sphere": lambda x, y: BRepPrimAPI_MakeSphere(shapes.TILTED, 3.0 + 6.0 * x).Solid(),
+    "apex": lambda x, y: BRepPrimAPI_MakeCone(shapes.TILTED, 4.0 + 5.0 * x, 0.0, 3.0 + 9.0 * y).Solid(),
+    "tube": lambda x, y: shapes.bent_tube(radius=0.6 + 1.4 * x),
+    "loft": lambda x, y: shapes.round_to_square(5.0 + 9.0 * x, 4.0 + 8.0 * y),
     "torus": lambda x, y: BRepPrimAPI_MakeTorus(shapes.TILTED, 10.0 + 4.0 * x, 2.0 + 5.0 * y).Solid(),
     "part torus": lambda x, y: BRepPrimAPI_MakeTorus(shapes.TILTED, 12.0, 4.0, 0.3 * x, 1.5 + y, 1.0 + 4.0 * x).Solid(),
     "pin": lambda x, y: shapes.pin(8.0, 4.5 + 3.0 * x),
@@ -68,13 +72,16 @@ def test_warm_equals_cold_along_paths(body, seed):
     """Steps from a micrometre to millimetres, straight and wandering: never a farther foot than a cold search finds."""
     part, rng = part_for(*body), np.random.default_rng(seed)
     surface = part.surface()
-    points = points_round(part, 100, rng)
+    points, gaps = points_round(part, 100, rng), part.gap_report()
     ahead = rng.normal(size=points.shape)
     hit = surface.project(points)
     for size in (1e-3, 1e-3, 1e-3, 2e-2, 2e-2, 2e-2, 2e-2, 0.1, 0.1, 1.0, 1e-3):
         points = points + size * (ahead + 0.3 * rng.normal(size=points.shape))
         cold, hit = surface.project(points), surface.project(points, hit.seed)
         assert np.abs(np.abs(cold.distance) - np.abs(hit.distance)).max() < 1e-11
+        # Where the file's edges have gaps the side is not told this near to the skin.
+        clear = np.abs(cold.distance) > 1e-9 + max(gaps.edge, gaps.vertex)
+        assert (np.sign(cold.distance) == np.sign(hit.distance))[clear].all()
         same = np.linalg.norm(cold.point - hit.point, axis=1) < 1e-6
         assert np.abs(cold.normal - hit.normal)[same & (np.abs(cold.distance) > 1e-6)].max(initial=0.0) < 1e-5
         assert np.abs(cold.point - hit.point)[same].max(initial=0.0) < 1e-6
@@ -110,8 +117,9 @@ def test_normal_is_the_gradient_and_curvature_the_hessian(body, seed):
         factor = k[:, i] / (1.0 + k[:, i] * d)
         expected += factor[:, None, None] * e[:, :, None] * e[:, None, :]
         steady &= (np.abs(1.0 + k[:, i] * d) > 0.3) & (np.abs(factor) < 3.0)
-    assert np.abs(gradient - hit.normal)[steady].max(initial=0.0) < 1e-6
-    assert np.abs(hessian - expected)[steady].max(initial=0.0) < 1e-3
+    assert steady.sum() >= 20
+    assert np.abs(gradient - hit.normal)[steady].max() < 1e-6
+    assert np.abs(hessian - expected)[steady].max() < 1e-3
 
 
 @few

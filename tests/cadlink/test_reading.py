@@ -17,7 +17,7 @@ from cadlink import CadError, read_step
 from cadlink.brep import faces_of
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import compare, part_of
-from tests.cadlink.test_step import SHARED, needs_shared, write_plain
+from tests.cadlink.test_step import SHARED, needs_shared, write_assembly, write_plain
 
 
 def compound(*items):
@@ -189,9 +189,8 @@ def test_tessellated_ap242_is_refused_in_one_line(tmp_path):
 # --- files that refer to others
 
 
-@pytest.fixture
-def stack(tmp_path, monkeypatch):
-    """stack.step with the products bolt and plate in files of their own."""
+def write_split(path, monkeypatch, **parts):
+    """An assembly whose parts, name = (shape, place), are files of their own beside it, part_<name>.stp."""
     from OCP.STEPCAFControl import STEPCAFControl_Writer
     from OCP.STEPControl import STEPControl_AsIs
     from OCP.TCollection import TCollection_ExtendedString
@@ -206,24 +205,50 @@ def stack(tmp_path, monkeypatch):
         TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
         return label
 
-    def at(x, y, z):
+    whole = named(tool.NewShape(), path.stem)
+    for name, (shape, place) in parts.items():
         move = gp_Trsf()
-        move.SetTranslation(gp_Vec(x, y, z))
-        return TopLoc_Location(move)
-
-    bolt = named(tool.AddShape(BRepPrimAPI_MakeBox(1.0, 1.0, 4.0).Solid(), False), "bolt")
-    plate = named(tool.AddShape(BRepPrimAPI_MakeBox(20.0, 10.0, 2.0).Solid(), False), "plate")
-    whole = named(tool.NewShape(), "stack")
-    tool.AddComponent(whole, bolt, at(5.0, 0.0, 2.0))
-    tool.AddComponent(whole, plate, at(0.0, 0.0, 0.0))
+        move.SetTranslation(gp_Vec(*place))
+        tool.AddComponent(whole, named(tool.AddShape(shape, False), name), TopLoc_Location(move))
     tool.UpdateAssemblies()
     writer = STEPCAFControl_Writer()
     writer.SetNameMode(True)
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(path.parent)
     writer.Transfer(document, STEPControl_AsIs, "part_")
-    writer.Write("stack.step")
+    writer.Write(path.name)
     monkeypatch.chdir("/")
-    return tmp_path / "stack.step"
+    return path
+
+
+def bolt():
+    return BRepPrimAPI_MakeBox(1.0, 1.0, 4.0).Solid()
+
+
+def plate():
+    return BRepPrimAPI_MakeBox(20.0, 10.0, 2.0).Solid()
+
+
+@pytest.fixture
+def stack(tmp_path, monkeypatch):
+    """stack.step with the products bolt and plate in files of their own."""
+    return write_split(
+        tmp_path / "stack.step", monkeypatch, bolt=(bolt(), (5.0, 0.0, 2.0)), plate=(plate(), (0.0, 0.0, 0.0))
+    )
+
+
+@pytest.fixture
+def nested(tmp_path, monkeypatch):
+    """top.step that refers to sub/pair.step, which refers to part_bolt.stp and part_nut.stp beside it."""
+    folder = tmp_path / "sub"
+    folder.mkdir()
+    nut = BRepPrimAPI_MakeBox(2.0, 2.0, 1.0).Solid()
+    write_split(folder / "pair.step", monkeypatch, bolt=(bolt(), (5.0, 0.0, 2.0)), nut=(nut, (0.0, 0.0, 1.0)))
+    top = write_split(
+        tmp_path / "top.step", monkeypatch, pair=(bolt(), (0.0, 100.0, 0.0)), plate=(plate(), (0.0, 0.0, 0.0))
+    )
+    (tmp_path / "part_pair.stp").unlink()
+    top.write_text(top.read_text().replace("part_pair.stp", "sub/pair.step"))
+    return top
 
 
 def test_parts_in_files_beside_it(stack):
@@ -246,6 +271,34 @@ def test_parts_in_files_named_absolutely(stack, tmp_path):
 def test_a_missing_file_is_named_in_one_line(stack, tmp_path):
     (tmp_path / "part_bolt.stp").unlink()
     assert "stack.step: it refers to part_bolt.stp, not found" in refused(stack)
+
+
+def test_parts_of_a_file_that_is_referred_to(nested):
+    assembly = read_step(nested)
+    assert [part.tree for part in assembly.values()] == [
+        ("top", "pair", "bolt"),
+        ("top", "pair", "nut"),
+        ("top", "plate"),
+    ]
+    assert assembly["bolt"].bounding_box == pytest.approx(np.array([[5.0, 100, 2], [6, 101, 6]]), abs=1e-9)
+
+
+def test_a_file_missing_further_down_is_named_in_one_line(nested, tmp_path):
+    """OpenCASCADE would leave its part out in silence."""
+    (tmp_path / "sub" / "part_bolt.stp").unlink()
+    assert "top.step: it refers to part_bolt.stp, not found" in refused(nested)
+
+
+def test_a_file_that_is_no_step_further_down_is_named_in_one_line(nested, tmp_path):
+    (tmp_path / "sub" / "part_bolt.stp").write_text("a note\n")
+    assert "top.step: it refers to part_bolt.stp, which OpenCASCADE cannot parse" in refused(nested)
+
+
+def test_a_file_that_refers_to_itself_is_one_line(nested, tmp_path):
+    """OpenCASCADE would follow it until its stack is full."""
+    pair = tmp_path / "sub" / "pair.step"
+    pair.write_text(pair.read_text().replace("part_bolt.stp", "../top.step"))
+    assert "top.step: it refers to ../top.step, which refers back to it" in refused(nested)
 
 
 # --- what is no part
@@ -297,3 +350,21 @@ def test_a_place_that_mirrors_or_scales(how):
     found = compare(part, 100)
     assert found.away_error < 1e-9 and not len(found.wrong_side)
     assert part.surface().project(np.zeros((1, 3))).distance < 0.0
+
+
+def test_a_place_that_mirrors_in_a_file_is_refused_in_one_line(tmp_path):
+    """Axes -x, y, z: OpenCASCADE would turn the part by half a turn about z instead."""
+    path = write_assembly(tmp_path / "stack.step")
+    text = path.read_text()
+    for sign in ("1.", "-1."):
+        operator = (
+            "#90001 = CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,#90002,#90003,#90004,1.,#90005);\n"
+            f"#90002 = DIRECTION('',({sign},0.,0.));\n#90003 = DIRECTION('',(0.,1.,0.));\n"
+            "#90004 = CARTESIAN_POINT('',(7.,0.,0.));\n#90005 = DIRECTION('',(0.,0.,1.));\n"
+        )
+        of_pair = re.search(r"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION\(#\d+\)", text).group()
+        moved_pair = text.replace(of_pair, "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#90001)", 1)
+        path.write_text(moved_pair.replace("ENDSEC;\nEND-ISO", operator + "ENDSEC;\nEND-ISO"))
+        if sign == "1.":
+            assert read_step(path)["bolt"].bounding_box == pytest.approx(np.array([[7.0, 0, 0], [8, 1, 4]]), abs=1e-9)
+    assert "it places a part as its mirror image" in refused(path)

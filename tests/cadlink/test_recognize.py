@@ -5,15 +5,17 @@ from collections import Counter
 import numpy as np
 import pytest
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.Geom import Geom_OffsetSurface, Geom_ToroidalSurface
+from OCP.gp import gp_Ax3
 
-from cadlink import recognize
+from cadlink import TorusSurface, recognize
 from cadlink.brep import part_record
-from cadlink.records import PATCHES, PLANE
+from cadlink.records import PATCHES, PLANE, TORUS
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import compare, part_of, points_around
 
 # Left out: what is converted already or freeform, and a wall of 1e-4 mm that tells nothing of its radius.
-OTHERS = ("rational", "bspline", "revolution", "ellipse", "extrusion", "sliver")
+OTHERS = ("rational", "bspline", "tube", "loft", "revolution", "ellipse", "extrusion", "sliver")
 CLOSED = [name for name in shapes.SOLIDS if not any(other in name for other in OTHERS)]
 
 
@@ -104,6 +106,28 @@ def test_the_gap_is_stated():
     (face,) = part_record(flat_spline(4e-8))["skin"]["faces"]
     assert face.form == PLANE
     assert face.gap == pytest.approx(4e-8 * 9.0 / 16.0, rel=1e-3)
+
+
+def offset_torus():
+    """0.5 mm out of a torus of radii 12 and 3: one of 12 and 3.5."""
+    torus = Geom_ToroidalSurface(gp_Ax3(shapes.TILTED), 12.0, 3.0)
+    return BRepBuilderAPI_MakeFace(Geom_OffsetSurface(torus, 0.5), 0.1, 2.5, 0.3, 3.0, 1e-7).Face()
+
+
+def test_an_offset_surface_that_is_a_torus():
+    """The file calls it an offset; its distance is the torus' to round-off."""
+    shape = offset_torus()
+    (face,) = part_record(shape)["skin"]["faces"]
+    assert face.form == TORUS and face.kind == "offset" and face.size == pytest.approx([12.0, 3.5], abs=1e-10)
+    part = part_of(shape, recognize=True)
+    found = compare(part, 100)
+    assert not len(found.unexplained) and found.away_error <= 1e-9
+    closed = TorusSurface(12.0, 3.5, (1.0, -2.0, 0.5), (1.0, 2.0, 3.0))
+    hit = part.surface().project(np.random.default_rng(0).normal(size=(500, 3)) * 12.0)
+    inside = (np.abs(hit.curvature) < 1e9).all(axis=1)
+    points = hit.point + hit.distance[:, None] * hit.normal
+    off = np.abs(np.abs(closed.project(points).distance) - np.abs(hit.distance))
+    assert inside.sum() > 100 and np.median(off[inside]) < 1e-12
 
 
 def test_switched_off_a_spline_stays_a_spline():

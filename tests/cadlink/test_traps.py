@@ -68,6 +68,22 @@ def test_feet_beside_a_pole_of_a_patch():
     assert np.abs(np.abs(a.distance) - np.abs(b.distance)).max() < 1e-9
 
 
+OVER_THE_SIDE = [
+    (shapes.bent_tube, [0.890576, -3.014136, 2.545854]),
+    (shapes.round_to_square, [13.614268, -13.59141, 14.311857]),
+    (shapes.round_to_square, [-10.956803, 13.619471, 14.374624]),
+    (shapes.round_to_square, [12.5193, 11.888909, 13.290956]),
+]
+
+
+@pytest.mark.parametrize("make, p", OVER_THE_SIDE)
+def test_a_foot_far_along_a_side_and_a_little_inside_it(make, p):
+    """From a corner of a leaf the Newton step points a little over one side and far along it; the foot is inside."""
+    shape, points = make(), np.array([p])
+    hit = part_of(shape).surface().project(points)
+    assert np.abs(hit.distance) == pytest.approx(distances(shape, points)[0], abs=1e-9)
+
+
 @pytest.mark.parametrize("shape", [shapes.torus_part, shapes.cone, shapes.filleted_box])
 def test_orientation_of_mirrored_and_reversed_solids(shape):
     assert holds(shapes.mirrored(shape())) and holds(shape().Reversed(), 30)
