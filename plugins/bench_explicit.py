@@ -205,7 +205,7 @@ def stretch_rows(sizes=STRETCH_SIZES, problem="friction 0.17", travel=30.0, meth
 
 def cup_shares(size=2.5, travel=20.0, waves=4.0):
     """The square cup in steel, explicitly and fast, to a depth: steps, and the share of contact in their CPU time."""
-    from solver.explicit.contact import ToolContact
+    from solver.explicit import march
 
     scene = cup(size, travel)
     clock = SimpleNamespace(contact=0.0, step=0.0)
@@ -220,16 +220,15 @@ def cup_shares(size=2.5, travel=20.0, waves=4.0):
 
         return work
 
-    meet, add, step = ToolContact.meet, ToolContact.work, Dynamics.step
+    touch, step = march.touch_tools, Dynamics.step
     threads = numba.get_num_threads()
     try:
         numba.set_num_threads(1)
         solver.form(cup(size, 0.1), solver.Explicit(waves=0.1), frames=1)  # compiles
-        ToolContact.meet, ToolContact.work = timed(meet, "contact"), timed(add, "contact")
-        Dynamics.step = timed(step, "step")
+        march.touch_tools, Dynamics.step = timed(touch, "contact"), timed(step, "step")
         results = solver.form(scene, solver.Explicit(waves=waves), frames=1)
     finally:
-        ToolContact.meet, ToolContact.work, Dynamics.step = meet, add, step
+        march.touch_tools, Dynamics.step = touch, step
         numba.set_num_threads(threads)
     m, steps = len(scene.blank.mesh.cells), int(np.sum(results.history["iterations"]))
     return {

@@ -20,7 +20,7 @@ from ..loads import Loads
 from ..scene import AXES
 from ..springback import least_supports
 from .central_differences import account, n_chunks, predict
-from .contact import ToolContact, in_order
+from .contact import ToolContact, in_order, touch_tools
 from .laws import law_of
 from .mass import lengthened, lumped_masses, scaled_density, wave_steps
 from .pacing import pace
@@ -295,10 +295,7 @@ class Dynamics:
             sheet.u, self.v, self.mass, sheet.external, sheet.internal, self.fixed, self.movement, end - start, dt, dtm,
             self.damping, self.u_new, self.v_new,
         )  # fmt: skip
-        for tool in self.tools:
-            tool.meet(sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new)
-        for tool in self.tools:
-            tool.work(self.v, self.v_new, self.u_new, dtm, self.work)
+        touch_tools(self.tools, sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new, self.work)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
