@@ -12,13 +12,14 @@ from numba import njit, prange
 from ..elements.section import fibres, mixed, third_form_row
 from ..elements.shell import KAPPA, MOMENT, NORMAL_FORCE, ON_0, ROOM, block_forces, block_strains
 from ..elements.shell import METRIC as MIDDLE
-from ..elements.triangle_block import ACROSS, APEX, SLOPE, block_frames
+from ..elements.triangle_block import ACROSS, APEX, SIDE, SLOPE, block_frames
 from ..kernels import FUSED, INNER
 from ..lanes import BLOCK, clear, put, vector
 from ..materials.block import E33, HP, METRIC, SECOND
 from ..materials.block import ROOM as ROOM_OF_POINTS
+from ..prefetch import fetch
 from .block_nodes import add, hand_over
-from .held import answer, keep, remember, work_of
+from .held import FIELDS, answer, keep, remember, work_of
 
 # Fields beside the elements': of the layers, and sums over them.
 FLAT, BEND, CURL, Z0, Z1, Z2 = (ROOM + BLOCK * i for i in range(0, 18, 3))
@@ -45,6 +46,7 @@ def shell_pass(
     """
     n_tris, n_layers, u = area.shape[0], height.shape[0], u.reshape(-1)
     metric0, kappa0, form0, inverse = metric0.reshape(-1), kappa0.reshape(-1), form0.reshape(-1), inverse.reshape(-1)
+    memory, sides = held.reshape(-1), blocks.sides.reshape(-1)
     for block in prange(blocks.sides.shape[0]):
         a, w, across = BLOCK * block, np.empty(ROOM_OF_PASS), np.empty(3 * ACROSS)
         points, now = np.empty(ROOM_OF_POINTS), np.empty((BLOCK, past.shape[3]))
@@ -53,7 +55,12 @@ def shell_pass(
         block_strains(n, block, blocks, w, across)
         block_fibres(n, metric0[a3:], kappa0[a3:], form0[a3:], inverse[a3:], w)
         clear(12, w, Z0)
+        # What the next block begins with.
+        fetch(sides, (block + 1) * 3 * SIDE, 3 * SIDE)
+        for ahead in (metric0, kappa0, form0, inverse):
+            fetch(ahead, a3 + 3 * BLOCK, 3 * BLOCK)
         for layer in range(n_layers):
+            fetch(memory, (block * n_layers + layer + 1) * FIELDS * BLOCK, FIELDS * BLOCK)
             block_layer(n, height[layer], stretch[a:], w, points)
             answer(shape, hardening, rate, elastic, flows, n, held[block, layer], past[block, layer], now, points)
             add_layer(n, weight[layer], height[layer], stretch[a:], initial, points, w)
