@@ -1,5 +1,5 @@
-"""Forces of a block's triangles, added up at the block's own rows of unknowns before they go to the sheet's: a node's
-slots are in few blocks, so that little goes through memory."""
+"""A block's own rows of unknowns, where its triangles read places and add up forces: little goes through memory, as a
+node's slots are in few blocks."""
 
 from typing import NamedTuple
 
@@ -12,9 +12,10 @@ from ..lanes import BLOCK, vector
 
 
 class BlockNodes(NamedTuple):
-    """first (blocks + 1,): where each block's rows begin among all blocks'; local (m, k): row of each slot within its
-    block, those that are not there one after the last; most: rows of a block, at most"""
+    """rows: of all blocks, one after the other; first (blocks + 1,): where each block's begin; local (m, k): row of
+    each slot within its block, those that are not there one after the last; most: rows of a block, at most"""
 
+    rows: np.ndarray
     first: np.ndarray
     local: np.ndarray
     most: int
@@ -30,17 +31,26 @@ def build_block_nodes(slots):
     first = np.searchsorted(key, n_rows * np.arange(blocks + 1))
     local = np.diff(first)[block]
     local[there] = inverse.ravel() - first[block[there]]
-    corners = build_corners((key % n_rows)[:, None], n_rows)
-    return BlockNodes(first, local.reshape(m, k).astype(np.uint32), int(np.diff(first).max())), corners
+    rows = key % n_rows
+    nodes = BlockNodes(rows.astype(np.uint32), first, local.reshape(m, k).astype(np.uint16), int(np.diff(first).max()))
+    return nodes, build_corners(rows[:, None], n_rows)
+
+
+@njit(**INNER)
+def bring(block, nodes, u, own):
+    """Fills own (3 most + 3,) with a block's rows of u (3 n_rows,), and one more for slots that are not there."""
+    first, count = nodes.first[block], nodes.first[block + 1] - nodes.first[block]
+    for row in range(count + 1):
+        place = 3 * np.intp(nodes.rows[first + (row if row < count else 0)])
+        own[3 * row], own[3 * row + 1], own[3 * row + 2] = u[place], u[place + 1], u[place + 2]
 
 
 @njit(**FUSED_POINT)
 def add(at, row, values, field, p):
     """Adds three fields of one point to a row of at (3 rows,)."""
     v1, v2, v3 = vector(values, field, p)
-    at[3 * row] += v1
-    at[3 * row + 1] += v2
-    at[3 * row + 2] += v3
+    i = 3 * np.intp(row)
+    at[i], at[i + 1], at[i + 2] = at[i] + v1, at[i + 1] + v2, at[i + 2] + v3
 
 
 @njit(**INNER)

@@ -309,7 +309,7 @@ class Dynamics:
             ratio = self.passes.ratio if self.begun else None
             self.sheet.elements.begin(sheet, self.sheet.blank.material, self.method, ratio)
             self.measure_areas()
-        self.work["internal"] += self.passes.step(sheet, keeps)
+        self.work["internal"] += self.passes.step(sheet, keeps, (self.begun + 1) % BEGIN == 0)
         self.gather_half()
         kinetic, outside, damped = self.sums.sum(axis=0)
         self.kinetic = float(kinetic)

@@ -20,7 +20,7 @@ def membrane_pass(
     keeps, metric, strain, plastic, equivalent, history, stress, thickness_strain, second_stress, nodes, force,
     thickness, ratio, sums,
 ):  # fmt: skip
-    """Fills force, thickness (m,), ratio (m,) and sums (blocks,): see `shell_pass`."""
+    """Fills force, thickness (m,), ratio and sums (blocks,): see `shell_pass`."""
     n_tris, u, cells, gradients = len(cells), u.reshape(-1), cells.reshape(-1), gradients.reshape(-1)
     normal = normal.reshape(-1)
     for block in prange(n_blocks(n_tris)):
@@ -43,9 +43,12 @@ def membrane_pass(
         total = 0.0
         for p in range(n):
             hp1, hp2, _ = vector(w, HP, p)
-            thickness[a + p], ratio[a + p] = initial * exp(-hp1 - hp2), exp(w[E33 + p])
+            thickness[a + p] = initial * exp(-hp1 - hp2)
             total += 0.5 * volume[a + p] * work[p]
         sums[block] = total
+        if ratio.shape[0] > 0:
+            for p in range(n):
+                ratio[a + p] = exp(w[E33 + p])
 
 
 @njit(**FUSED, error_model="numpy")

@@ -19,6 +19,8 @@ from .held import KEPT, hold
 from .membrane_pass import membrane_pass
 from .shell_pass import shell_pass
 
+FLAT = 1e-12  # metric and bending strain at the surface of a sheet that begins flat
+NO_RATIO = np.empty(0)
 HISTORY = ("strain", "plastic", "equivalent", "history", "stress")
 
 
@@ -38,15 +40,27 @@ class InBlocks:
         self.law = sheet.blank.material.compiled()
         self.held, self.past = hold(state, len(elements.weight))
         self.nodes, self.corners = build_block_nodes(elements.slots)
-        self.force = np.empty((self.nodes.first[-1], 3))
+        self.force = np.empty((len(self.nodes.rows), 3))
         self.thickness, self.ratio, self.sums = np.empty(m), np.empty(m), np.empty(-(-m // BLOCK))
-        self.trial = np.empty(m), np.empty(m), np.empty(-(-m // BLOCK))
+        self.trial = np.empty(m), NO_RATIO, np.empty(-(-m // BLOCK))
         self.kept = [getattr(state, name) for name in KEPT]
+        self.kernel, self.constants = self._kernel()
 
-    def step(self, state, keeps):
-        """Fill the internal forces of a state from its places, and renew what the sheet remembers; strains and stresses
-        of the state are filled where `keeps`. Returns the work of the stresses [mJ]."""
-        self._run(state.u, True, keeps, self.thickness, self.ratio, self.sums)
+    def _kernel(self):
+        e, t, initial = self.sheet.elements, self.sheet.triangles, self.sheet.blank.thickness
+        if e.n_translations == 3:
+            return membrane_pass, lambda: (t.cells, t.gradients, t.volume, e.normal, e.torsion, initial)
+        blocks, start = e.blocks._replace(rows=self.nodes.local), (e.metric0, e.curvature0, e.form0)
+        # Nothing to read where all are flat.
+        if np.abs(e.metric0 - [1.0, 1.0, 0.0]).max() < FLAT and initial * np.abs(e.curvature0).max() < FLAT:
+            start = tuple(a[:0] for a in start)
+        return shell_pass, lambda: (blocks, t.area, *start, e.inverse, e.height, e.weight, e.stretch, initial)
+
+    def step(self, state, keeps, tells_ratio=True):
+        """Fill the internal forces of a state from its places, the thickness and, where it `tells_ratio`, the ratio,
+        and renew what the sheet remembers; strains and stresses of the state are filled where it `keeps` them. Returns
+        the work of the stresses [mJ]."""
+        self._run(state.u, True, keeps, self.thickness, self.ratio if tells_ratio else NO_RATIO, self.sums)
         gather_forces(self.force, *self.corners, state.internal)
         return float(self.sums.sum())
 
@@ -58,15 +72,10 @@ class InBlocks:
         return forces
 
     def _run(self, u, flows, keeps, thickness, ratio, sums):
-        e, t, initial = self.sheet.elements, self.sheet.triangles, self.sheet.blank.thickness
-        rest = *self.law, self.held, self.past, flows, keeps, *self.kept, self.nodes, self.force, thickness, ratio, sums
-        if e.n_translations > 3:
-            shell_pass(
-                u, e.blocks, t.area, t.volume, e.metric0, e.curvature0, e.form0, e.inverse, e.height, e.weight,
-                e.stretch, initial, *rest,
-            )  # fmt: skip
-        else:
-            membrane_pass(u, t.cells, t.gradients, t.volume, e.normal, e.torsion, initial, *rest)
+        self.kernel(
+            u, *self.constants(), *self.law, self.held, self.past, flows, keeps, *self.kept, self.nodes, self.force,
+            thickness, ratio, sums,
+        )  # fmt: skip
 
 
 class ArrayByArray:
@@ -89,7 +98,7 @@ class ArrayByArray:
         weight = self.sheet.elements.weight
         return np.exp(self.state.thickness_strain.reshape(-1, len(weight)) @ weight)
 
-    def step(self, state, keeps):
+    def step(self, state, keeps, tells_ratio=True):
         """See InBlocks."""
         sheet = self.sheet
         for name, past in self.past.items():

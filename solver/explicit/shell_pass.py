@@ -18,7 +18,7 @@ from ..lanes import BLOCK, clear, put, vector
 from ..materials.block import E33, HP, METRIC, SECOND
 from ..materials.block import ROOM as ROOM_OF_POINTS
 from ..prefetch import fetch
-from .block_nodes import add, hand_over
+from .block_nodes import add, bring, hand_over
 from .held import FIELDS, answer, keep, remember, work_of
 
 # Fields beside the elements': of the layers, and sums over them.
@@ -29,14 +29,16 @@ ROOM_OF_PASS = ROOM + 21 * BLOCK
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def shell_pass(
-    u, blocks, area, volume, metric0, kappa0, form0, inverse, height, weight, stretch, initial, shape, hardening, rate,
+    u, blocks, area, metric0, kappa0, form0, inverse, height, weight, stretch, initial, shape, hardening, rate,
     elastic, held, past, flows, keeps, metric, strain, plastic, equivalent, history, stress, thickness_strain,
     second_stress, nodes, force, thickness, ratio, sums,
 ):  # fmt: skip
     """Fills force, at the rows of each block of nodes (BlockNodes) [N]; thickness (m,), what it would be unloaded [mm];
-    ratio (m,), thickness over the initial one; sums (blocks,), work of the stresses over the step [mJ].
+    ratio, where it is (m,) and not empty, thickness over the initial one; sums (blocks,), work of the stresses over
+    the step [mJ].
 
-    metric0, kappa0, form0, inverse (m, 3), height, weight (n_layers,), stretch (m,), initial : of ShellElements
+    metric0, kappa0, form0, inverse (m, 3), height, weight (n_layers,), stretch (m,), initial : of ShellElements; the
+    first three empty where all triangles were flat
     shape, hardening, rate, elastic : the material; held, past : of `held.hold`, renewed where flows is true; elsewhere
     the sheet answers elastically
     metric .. second_stress : of SheetState, filled where keeps is true
@@ -48,17 +50,20 @@ def shell_pass(
     metric0, kappa0, form0, inverse = metric0.reshape(-1), kappa0.reshape(-1), form0.reshape(-1), inverse.reshape(-1)
     memory, sides = held.reshape(-1), blocks.sides.reshape(-1)
     for block in prange(blocks.sides.shape[0]):
-        a, w, across = BLOCK * block, np.empty(ROOM_OF_PASS), np.empty(3 * ACROSS)
+        a, w, across, own = BLOCK * block, np.empty(ROOM_OF_PASS), np.empty(3 * ACROSS), np.empty(3 * nodes.most + 3)
         points, now = np.empty(ROOM_OF_POINTS), np.empty((BLOCK, past.shape[3]))
         a3, n = 3 * a, min(BLOCK, n_tris - a)
-        block_frames(n, block, u, blocks, w, across)
+        bring(block, nodes, u, own)
+        block_frames(n, block, own, blocks, w, across)
         block_strains(n, block, blocks, w, across)
-        block_fibres(n, metric0[a3:], kappa0[a3:], form0[a3:], inverse[a3:], w)
+        if metric0.shape[0] > 0:
+            block_fibres(n, metric0[a3:], kappa0[a3:], form0[a3:], inverse[a3:], w)
+        else:
+            block_flat_fibres(n, inverse[a3:], w)
         clear(12, w, Z0)
         # What the next block begins with.
         fetch(sides, (block + 1) * 3 * SIDE, 3 * SIDE)
-        for ahead in (metric0, kappa0, form0, inverse):
-            fetch(ahead, a3 + 3 * BLOCK, 3 * BLOCK)
+        fetch(inverse, a3 + 3 * BLOCK, 3 * BLOCK)
         for layer in range(n_layers):
             fetch(memory, (block * n_layers + layer + 1) * FIELDS * BLOCK, FIELDS * BLOCK)
             block_layer(n, height[layer], stretch[a:], w, points)
@@ -74,14 +79,18 @@ def shell_pass(
                 )  # fmt: skip
         block_resultants(n, inverse[a3:], w)
         block_forces(n, block, blocks, area[a:], w, across)
-        at = np.zeros(3 * nodes.most + 3)
-        add_forces(n, nodes.local[a:], w, across, at)
-        hand_over(block, nodes, at, force)
+        for i in range(own.shape[0]):
+            own[i] = 0.0
+        add_forces(n, nodes.local[a:], w, across, own)
+        hand_over(block, nodes, own, force)
         total = 0.0
         for p in range(n):
-            thickness[a + p], ratio[a + p] = initial * exp(w[PLASTIC + p]), exp(w[THICKENED + p])
-            total += 0.5 * volume[a + p] * w[WORK + p]
+            thickness[a + p] = initial * exp(w[PLASTIC + p])
+            total += 0.5 * initial * area[a + p] * w[WORK + p]
         sums[block] = total
+        if ratio.shape[0] > 0:
+            for p in range(n):
+                ratio[a + p] = exp(w[THICKENED + p])
 
 
 @njit(**FUSED, error_model="numpy")
@@ -93,6 +102,18 @@ def block_fibres(n, metric0, kappa0, form0, inverse, w):
             vector(w, MIDDLE, p), vector(w, KAPPA, p), (metric0[i], metric0[j], metric0[k]),
             (kappa0[i], kappa0[j], kappa0[k]), (form0[i], form0[j], form0[k]), (inverse[i], inverse[j], inverse[k]),
         )  # fmt: skip
+        put(w, FLAT, p, flat)
+        put(w, BEND, p, bend)
+        put(w, CURL, p, curl)
+
+
+@njit(**FUSED, error_model="numpy")
+def block_flat_fibres(n, inverse, w):
+    """The same of triangles that were flat in a metric of 1, 1, 0. inverse : (3 n,)"""
+    nil = (0.0, 0.0, 0.0)
+    for p in range(n):
+        own = inverse[3 * p], inverse[3 * p + 1], inverse[3 * p + 2]
+        flat, bend, curl = fibres(vector(w, MIDDLE, p), vector(w, KAPPA, p), (1.0, 1.0, 0.0), nil, nil, own)
         put(w, FLAT, p, flat)
         put(w, BEND, p, bend)
         put(w, CURL, p, curl)
@@ -144,4 +165,4 @@ def add_forces(n, local, w, across, at):
             there = across[ACROSS * i :]
             add(at, local[p, i], w, ON_0 + 3 * BLOCK * i, p)
             add(at, local[p, 3 + i], there, APEX, p)
-            at[3 * local[p, 6 + i]] += there[SLOPE + p]
+            at[3 * np.intp(local[p, 6 + i])] += there[SLOPE + p]
