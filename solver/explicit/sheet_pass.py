@@ -44,17 +44,14 @@ class InBlocks:
         self.thickness, self.ratio, self.sums = np.empty(m), np.empty(m), np.empty(-(-m // BLOCK))
         self.trial = np.empty(m), NO_RATIO, np.empty(-(-m // BLOCK))
         self.kept = [getattr(state, name) for name in KEPT]
-        self.kernel, self.constants = self._kernel()
-
-    def _kernel(self):
-        e, t, initial = self.sheet.elements, self.sheet.triangles, self.sheet.blank.thickness
-        if e.n_translations == 3:
-            return membrane_pass, lambda: (t.cells, t.gradients, t.volume, e.normal, e.torsion, initial)
-        blocks, start = e.blocks._replace(rows=self.nodes.local), (e.metric0, e.curvature0, e.form0)
-        # Nothing to read where all are flat.
-        if np.abs(e.metric0 - [1.0, 1.0, 0.0]).max() < FLAT and initial * np.abs(e.curvature0).max() < FLAT:
-            start = tuple(a[:0] for a in start)
-        return shell_pass, lambda: (blocks, t.area, *start, e.inverse, e.height, e.weight, e.stretch, initial)
+        self.bends = elements.n_translations > 3
+        if self.bends:
+            self.blocks = elements.blocks._replace(rows=self.nodes.local)
+            self.start = elements.metric0, elements.curvature0, elements.form0
+            # Nothing to read where all are flat.
+            bent = sheet.blank.thickness * np.abs(elements.curvature0).max()
+            if max(bent, np.abs(elements.metric0 - [1.0, 1.0, 0.0]).max()) < FLAT:
+                self.start = tuple(a[:0] for a in self.start)
 
     def step(self, state, keeps, tells_ratio=True):
         """Fill the internal forces of a state from its places, the thickness and, where it `tells_ratio`, the ratio,
@@ -72,10 +69,14 @@ class InBlocks:
         return forces
 
     def _run(self, u, flows, keeps, thickness, ratio, sums):
-        self.kernel(
-            u, *self.constants(), *self.law, self.held, self.past, flows, keeps, *self.kept, self.nodes, self.force,
-            thickness, ratio, sums,
-        )  # fmt: skip
+        e, t, initial = self.sheet.elements, self.sheet.triangles, self.sheet.blank.thickness
+        rest = *self.law, self.held, self.past, flows, keeps, *self.kept, self.nodes, self.force, thickness, ratio, sums
+        if self.bends:
+            shell_pass(
+                u, self.blocks, t.area, *self.start, e.inverse, e.height, e.weight, e.stretch, initial, *rest
+            )  # fmt: skip
+        else:
+            membrane_pass(u, t.cells, t.gradients, t.volume, e.normal, e.torsion, initial, *rest)
 
 
 class ArrayByArray:
