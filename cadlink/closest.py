@@ -21,7 +21,6 @@ from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import WORK
 from cadlink.osculating import CALM, LABEL, REMEMBERED, recall, remember
 from cadlink.quick import AGAIN, PENDING, WAITING, quick_search, room_inside, surely_in
-from cadlink.records import PLANE
 from cadlink.skin import ON_FACE, ON_LEAF
 from cadlink.track import ANSWER, answer_on_patch, form_of, settle, track_edge, track_face, track_leaf, write
 
@@ -30,8 +29,6 @@ from cadlink.track import ANSWER, answer_on_patch, form_of, settle, track_edge, 
 ITEM, A, B, PLACE, REACH, STAMP, COLUMNS = 0, 1, 2, 3, 6, 7, 8
 WITH_MODEL = COLUMNS + REMEMBERED
 CHUNK = 64  # points that share one scratch space
-FEW = 1000  # points that one thread tracks sooner than several begin
-SOON = 0.7  # of its reach that a point has moved when others are searched for: then it is, too
 
 
 class Hints(NamedTuple):
@@ -275,87 +272,3 @@ def project_points(
                 skin, stamp, left, n_left, (*waiting, *scratch), points,
                 distance, point, normal, curvature, direction, face, new_seed,
             )  # fmt: skip
-
-
-@njit(forceinline=True, **POINT)
-def track_rows(
-    items, faces, rims, rasters, pieces, ctrl, stamp, rows, start, stop, points,
-    distance, point, normal, curvature, direction, face, seed, work, left, soon,
-):  # fmt: skip
-    """Rows start to stop of `track_forms`, into left and soon from start on: how many are in each."""
-    n_left = n_soon = 0
-    for row in range(start, stop):
-        i = rows[row]
-        p = (points[i, 0], points[i, 1], points[i, 2])
-        item, a, reach = int(seed[i, ITEM]), seed[i, A], seed[i, REACH]
-        x, y, z = p[0] - seed[i, PLACE], p[1] - seed[i, PLACE + 1], p[2] - seed[i, PLACE + 2]
-        moved = x * x + y * y + z * z
-        label = -1
-        if seed[i, STAMP] == stamp and moved < reach * reach and items[item].kind == ON_FACE:
-            ref = items[item].ref
-            sure = a > 0.0 and moved < a * a
-            d, q, m, k1, k2, e, label = track_face(faces[ref], rims[ref], rasters, pieces, ctrl, p, sure, work)
-        if label < 0:
-            left[start + n_left] = i
-            n_left += 1
-            continue
-        if faces[ref].form == PLANE:
-            # Its normal, curvatures and number are what they were.
-            distance[i], point[i, 0], point[i, 1], point[i, 2] = d, q[0], q[1], q[2]
-        else:
-            put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
-        if moved > SOON * SOON * reach * reach:
-            soon[start + n_soon] = i
-            n_soon += 1
-    return n_left, n_soon
-
-
-@njit(forceinline=True, **POINT)
-def search_soon(soon, start, n_soon, seed, left, n_left):
-    """Add points that will soon leave their reach to those to be searched for; returns how many these are."""
-    for k in range(start, start + n_soon):
-        seed[soon[k], REACH] = 0.0
-        left[n_left] = soon[k]
-        n_left += 1
-    return n_left
-
-
-@njit(cache=True)
-def track_few(
-    items, faces, rims, rasters, pieces, ctrl, stamp, rows, points,
-    distance, point, normal, curvature, direction, face, seed, counts, left, soon,
-):  # fmt: skip
-    """`track_forms` on one thread: what it fills, but for counts, and returns is the same."""
-    n_left, n_soon = track_rows(
-        items, faces, rims, rasters, pieces, ctrl, stamp, rows, 0, len(rows), points,
-        distance, point, normal, curvature, direction, face, seed, np.empty(WORK), left, soon,
-    )  # fmt: skip
-    return search_soon(soon, 0, n_soon, seed, left, n_left) if n_left else 0
-
-
-@njit(parallel=True, cache=True)
-def track_forms(
-    items, faces, rims, rasters, pieces, ctrl, stamp, rows, points,
-    distance, point, normal, curvature, direction, face, seed, counts, left, soon,
-):  # fmt: skip
-    """Fill these rows of a Projection where the seed tells that the foot stays on the same closed form: no more than
-    its formula. left (k,) : filled with the other rows, soon (k,) and counts (chunks, 2) scratch; returns their number.
-
-    If there are any, those that will soon leave the reach of their search are among them, for one call searches many.
-    Apart from project_points, since handing it a whole skin costs 5 us, as much as 200 such feet.
-    """
-    n, n_chunks = len(rows), (len(rows) + CHUNK - 1) // CHUNK
-    for chunk in prange(n_chunks):
-        counts[chunk, 0], counts[chunk, 1] = track_rows(
-            items, faces, rims, rasters, pieces, ctrl, stamp, rows, chunk * CHUNK, min(n, (chunk + 1) * CHUNK), points,
-            distance, point, normal, curvature, direction, face, seed, np.empty(WORK), left, soon,
-        )  # fmt: skip
-    n_left = 0
-    for chunk in range(n_chunks):
-        for k in range(counts[chunk, 0]):
-            left[n_left] = left[chunk * CHUNK + k]
-            n_left += 1
-    if n_left:
-        for chunk in range(n_chunks):
-            n_left = search_soon(soon, chunk * CHUNK, counts[chunk, 1], seed, left, n_left)
-    return n_left

@@ -5,8 +5,9 @@ from functools import partial
 
 import numpy as np
 
-from cadlink.closest import CHUNK, COLUMNS, FEW, WITH_MODEL, Hints, project_points, track_few, track_forms
+from cadlink.closest import CHUNK, COLUMNS, WITH_MODEL, Hints, project_points
 from cadlink.feet import further_feet
+from cadlink.follow import FEW, follow_few, follow_forms
 from cadlink.pick import pick_faces
 from cadlink.projection import checked_points, checked_seed, empty_projection
 from cadlink.skin import build_skin
@@ -32,10 +33,12 @@ class ToolSurface:
         self.skin = build_skin(part.record["skin"], faces)
         self.hints = None
         self.hollows = {}
-        self.scratch = ()  # of `follow`: see track_forms
+        self.left = np.empty(0, np.int64)  # scratch of `follow`, and soon, point, counts
         # Tells its own seeds from those of other surfaces.
         self.stamp = float(zlib.crc32(self.skin.items.tobytes() + self.skin.faces.tobytes()))
         self.columns = WITH_MODEL if len(self.skin.leaves) else COLUMNS
+        skin = self.skin
+        self.forms = skin.items, skin.faces, skin.rims, skin.rasters, skin.pieces, skin.ctrl, self.stamp
 
     def misfit(self):
         """How far the faces of the part are met from where the file draws them [mm]: `Gaps.form`."""
@@ -59,22 +62,31 @@ class ToolSurface:
             self.hints = hint_grid(self)
         return project(self.skin, self.hints, self.stamp, points, seed)
 
-    def follow(self, rows, points, hit):
-        """Closest points of some points that have moved, in place: for loops that ask often and allocate nothing.
+    def follow(self, points, shift, reach, place, hit, near):
+        """Projects those points that may lie nearer than their reach, in place: for loops that ask often and allocate
+        nothing.
 
-        rows : (k,) of points (n, 3) mm, finite and contiguous, that are looked at; none is checked
-        hit : a Projection of n points by this surface, of which these rows are overwritten; seeds of zeros are blank
+        points : (m, 3) mm, contiguous; the first n are looked at, and not checked: what is not finite is far
+        shift : (3,) mm, how far the surface has been carried; reach : (n,) mm
+        place : (n, 3) mm, where each was projected last, in the tool frame
+        hit : there, distance, normal, curvature, direction, face and seed of a Projection by this surface, in this
+            order; seeds of zeros are blank
+        near : (n,) filled with the points of which place and hit have been overwritten; returns how many they are
         """
-        skin, n = self.skin, len(points)
-        if not self.scratch or len(self.scratch[1]) < n:
-            self.scratch = np.empty((n // CHUNK + 1, 2), np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-        track = track_few if len(rows) < FEW else track_forms
-        n_left = track(
-            skin.items, skin.faces, skin.rims, skin.rasters, skin.pieces, skin.ctrl, self.stamp, rows, points, *hit,
-            *self.scratch,
-        )  # fmt: skip
+        n = len(reach)
+        if len(self.left) < n:
+            self.left, self.soon = np.empty(n, np.int64), np.empty(n, np.int64)
+            self.point, self.counts = np.empty((n, 3)), np.empty((n // CHUNK + 1, 3), np.int64)
+        rows = near, self.left, self.soon
+        if n < FEW:
+            n_near, n_left = follow_few(*self.forms, points, shift, reach, place, *hit, *rows)
+        else:
+            n_near, n_left = follow_forms(*self.forms, points, shift, reach, place, *hit, *rows, self.counts)
         if n_left:
-            project_points(skin, self.hints, self.stamp, self.scratch[1][:n_left], points, hit.seed, *hit)
+            distance, *others = hit
+            left, seed = self.left[:n_left], others[-1]
+            project_points(self.skin, self.hints, self.stamp, left, place, seed, distance, self.point, *others)
+        return n_near
 
     def feet(self, points, hit, reach):
         """Feet beside the nearest: where the distance has its other minima, two for each point at most.

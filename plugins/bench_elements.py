@@ -58,10 +58,10 @@ def step_of(element, n_side):
         state.x[:] = sheet.points * [1.0 + 0.05 * scale, 1.0 - 0.02 * scale, 1.0]
         state.x[:, 2] = scale * np.sin(0.2 * x) * np.cos(0.15 * y)
         state.x[:] += 0.002 * scale * rng.standard_normal((n, 3))
-    elements.begin(before, before, STEEL, Implicit())
+    elements.begin(before, STEEL, Implicit())
     elements.strain(old)
     STEEL.update(old.metric, before, old, tangent=False)
-    elements.begin(old, new, STEEL, Implicit())
+    elements.begin(old, STEEL, Implicit())
     elements.strain(new)
     STEEL.update(new.metric, old, new)
     return Step(elements, old, new)

@@ -111,17 +111,14 @@ def time_sheet(name, element, size, n_threads):
 def bytes_of(dynamics):
     """Bytes of the arrays a step reads and writes, and of all arrays held."""
     sheet, elements = dynamics.state.sheet, dynamics.sheet.elements
-    state = sum(a.nbytes for a in sheet.arrays().values())
-    past = sum(a.nbytes for a in vars(dynamics.past).values())
-    operators = sum(
-        a.nbytes
-        for group in (elements.triangles, getattr(elements, "patches", ()), vars(elements).values())
-        for a in group
-        if isinstance(a, np.ndarray)
-    )
-    own = sum(a.nbytes for a in vars(dynamics).values() if isinstance(a, np.ndarray))
-    trial = sum(a.nbytes for a in dynamics.stable.trial.arrays().values()) + dynamics.stable.slot_force.nbytes
-    return state + past + operators + own, state + past + operators + own + trial
+
+    def bytes_in(values):
+        return sum(a.nbytes for a in values if isinstance(a, np.ndarray))
+
+    operators = sum(bytes_in(x) for x in (elements.triangles, getattr(elements, "blocks", ()), vars(elements).values()))
+    own = bytes_in(vars(dynamics).values()) + bytes_in(vars(dynamics.passes).values())
+    nodal = bytes_in((sheet.u, sheet.internal, sheet.external))
+    return nodal + operators + own, bytes_in(sheet.arrays().values()) + operators + own
 
 
 def copy_speed():
@@ -208,7 +205,7 @@ def stretch_rows(sizes=STRETCH_SIZES, problem="friction 0.17", travel=30.0, meth
 
 def cup_shares(size=2.5, travel=20.0, waves=4.0):
     """The square cup in steel, explicitly and fast, to a depth: steps, and the share of contact in their CPU time."""
-    from solver.explicit.contact import ToolContact
+    from solver.explicit import march
 
     scene = cup(size, travel)
     clock = SimpleNamespace(contact=0.0, step=0.0)
@@ -223,16 +220,15 @@ def cup_shares(size=2.5, travel=20.0, waves=4.0):
 
         return work
 
-    meet, add, step = ToolContact.meet, ToolContact.work, Dynamics.step
+    touch, step = march.touch_tools, Dynamics.step
     threads = numba.get_num_threads()
     try:
         numba.set_num_threads(1)
         solver.form(cup(size, 0.1), solver.Explicit(waves=0.1), frames=1)  # compiles
-        ToolContact.meet, ToolContact.work = timed(meet, "contact"), timed(add, "contact")
-        Dynamics.step = timed(step, "step")
+        march.touch_tools, Dynamics.step = timed(touch, "contact"), timed(step, "step")
         results = solver.form(scene, solver.Explicit(waves=waves), frames=1)
     finally:
-        ToolContact.meet, ToolContact.work, Dynamics.step = meet, add, step
+        march.touch_tools, Dynamics.step = touch, step
         numba.set_num_threads(threads)
     m, steps = len(scene.blank.mesh.cells), int(np.sum(results.history["iterations"]))
     return {

@@ -1,29 +1,34 @@
 """The blank as constant arrays: operators, pattern, supports. Built once per run."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from .elements.assembly import Corners, Pattern, build_corners, build_pattern, gather_thickness
+from .elements.assembly import Corners, build_corners, build_pattern, gather_thickness
 from .elements.formulation import MembraneElements, SheetMesh, ShellElements
 from .scene import AXES, Blank
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """points (n, 3) initial nodes [mm]; elements: membranes or shells; corners: of the triangles' own nodes; pattern:
-    of the unknowns, n nodes and then k edge slopes; area (n,) tributary area of each node [mm^2]; held (n + k, 3) bool,
-    unknowns that symmetry, supports or clamps keep in place; size: median side of the
-    triangles [mm]."""
+    """points (n, 3) initial nodes [mm]; elements: membranes or shells; corners: of the triangles' own nodes; area (n,)
+    tributary area of each node [mm^2]; held (n + k, 3) bool, unknowns, n nodes and then k edge slopes, that symmetry,
+    supports or clamps keep in place; size: median side of the triangles [mm]."""
 
     blank: Blank
     points: np.ndarray
     elements: MembraneElements | ShellElements
     corners: Corners
-    pattern: Pattern
     area: np.ndarray
     held: np.ndarray
     size: float
+
+    @cached_property
+    def pattern(self):
+        """Pattern of the unknowns: what an implicit stage needs."""
+        e = self.elements
+        return build_pattern(e.slots, len(self.points) + e.n_slopes, e.n_translations)
 
     @property
     def triangles(self):
@@ -72,7 +77,6 @@ def build_sheet(blank):
     slopes = np.tile([False, True, True], (elements.n_slopes, 1))
     area = np.zeros(len(points))
     np.add.at(area, cells.ravel(), np.repeat(elements.triangles.area / 3.0, 3))
-    pattern = build_pattern(elements.slots, len(points) + elements.n_slopes, elements.n_translations)
     blank.material.prepare()
     held = np.vstack([held, slopes])
-    return Sheet(blank, points, elements, corners, pattern, area, held, blank.mesh_size)
+    return Sheet(blank, points, elements, corners, area, held, blank.mesh_size)

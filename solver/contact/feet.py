@@ -44,7 +44,7 @@ def sort_feet(surface, points, nodes, hit, reach, before):
     touched = np.column_stack([foot.status[nodes] != OPEN for foot in before.feet])
     then = np.stack([foot.normal[nodes] for foot in before.feet], axis=1)
     place = places(normals, exists, then, touched)[all_owners, all_ranks]
-    values = [np.concatenate(pair) for pair in zip(hit, further, strict=True)]
+    values = [np.concatenate([getattr(hit, name), getattr(further, name)]) for name in hit._fields]
     rows = [np.flatnonzero(place == k) for k in range(MOST)]
     return [(nodes[all_owners[row]], type(hit)(*(value[row] for value in values))) for row in rows]
 

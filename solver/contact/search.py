@@ -7,13 +7,13 @@ place therefore bounds it from below at any other, and only nodes whose bound le
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 
 class Hit(NamedTuple):
-    """Where n points are on a tool: the fields of what its surface's `project` returns."""
+    """How n points lie to a tool: fields of what its surface's `project` returns."""
 
     distance: np.ndarray
-    point: np.ndarray
     normal: np.ndarray
     curvature: np.ndarray
     direction: np.ndarray
@@ -42,19 +42,28 @@ class Neighbourhood:
         points : (n, 3) in the tool's frame; reach : (n,) mm
         returns : node ids (k,), Hit of those nodes
         """
-        bound = self.distance - np.linalg.norm(points - self.place, axis=1)
-        near = np.flatnonzero(bound <= reach)
-        self.n_asked += len(points)
-        self.place[near] = points[near]
-        self.follow(near)
+        near = np.empty(len(points), dtype=np.int64)
+        near = near[: self.look(np.ascontiguousarray(points), np.zeros(3), reach, near)]
         return near, rows_of(self.hit, near)
 
-    def follow(self, nodes):
-        """Project these nodes (k,) from where `place` says they are now, into `hit`; in place if the surface can."""
-        self.n_projected += len(nodes)
+    def look(self, points, shift, reach, near):
+        """Projects the nodes that may lie closer than their reach into `hit`, in place if the surface can. Fills near
+        (n,) with them, in order, and returns how many they are.
+
+        points : (m, 3), the first n rows are nodes; shift : (3,) mm, how far the tool has been carried; reach : (n,) mm
+        """
         if self.in_place and self.hit is not None:
-            self.surface.follow(nodes, self.place, self.hit)
-            return
+            count = self.surface.follow(points, shift, reach, self.place, self.hit, near)
+        else:
+            count = wake(points, shift, reach, self.place, self.distance, near)
+            if count or self.hit is None:
+                self.search(near[:count])
+        self.n_asked += len(reach)
+        self.n_projected += count
+        return count
+
+    def search(self, nodes):
+        """Project these nodes (k,) from where `place` says they are now."""
         found = self.surface.project(self.place[nodes], None if self.hit is None else self.hit.seed[nodes])
         found = [getattr(found, name) for name in Hit._fields]
         if self.hit is None:
@@ -66,6 +75,23 @@ class Neighbourhood:
             mine[nodes] = new
 
 
+@njit(cache=True)
+def wake(points, shift, reach, place, distance, near):
+    """Fills near with the nodes that may lie closer to the tool than their reach, and their rows of place with where
+    they are now. Returns how many. What is not a number is near nothing. See Neighbourhood.look"""
+    count = 0
+    for node in range(reach.shape[0]):
+        x, y, z = points[node, 0] - shift[0], points[node, 1] - shift[1], points[node, 2] - shift[2]
+        slack = distance[node] - reach[node]
+        moved = (x - place[node, 0]) ** 2 + (y - place[node, 1]) ** 2 + (z - place[node, 2]) ** 2
+        if not moved < np.inf or (slack > 0.0 and moved < slack * slack):
+            continue
+        place[node, 0], place[node, 1], place[node, 2] = x, y, z
+        near[count] = node
+        count += 1
+    return count
+
+
 def rows_of(hit, rows):
-    """Hit of some of its points."""
-    return Hit(*(values[rows] for values in hit))
+    """Hit of some points of a Hit or Projection."""
+    return Hit(*(getattr(hit, name)[rows] for name in Hit._fields))

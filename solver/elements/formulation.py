@@ -70,10 +70,10 @@ class MembraneElements:
         self.point_volume = self.triangles.volume
         self.normal, self.torsion = np.empty((len(mesh.cells), 3)), 0.0
 
-    def begin(self, old, new, material, method):
+    def begin(self, sheet, material, method, ratio=None):
         """Freeze what an increment takes from its start: the normals."""
         self.torsion = float(method.torsion * material.initial_yield_stress)
-        unit_normals(old.x, self.slots, self.normal)
+        unit_normals(sheet.x, self.slots, self.normal)
 
     def strain(self, sheet):
         """Fill the metric of every point."""
@@ -134,10 +134,11 @@ class ShellElements:
         self.inverse = inverse_metric(self.metric)
         third_forms(self.curvature0, self.inverse, self.form0)
 
-    def begin(self, old, new, material, method):
-        """Freeze the thickness ratio and the inverse metric of an increment, those of its start."""
-        self.stretch[:] = self._thickness_ratio(old)
-        self._kinematics(old.u)
+    def begin(self, sheet, material, method, ratio=None):
+        """Freeze the thickness ratio and the inverse metric of an increment, those of its start.
+        ratio : (m,), where the state's points do not tell it"""
+        self.stretch[:] = self._thickness_ratio(sheet) if ratio is None else ratio
+        self._kinematics(sheet.u)
         self.inverse = inverse_metric(self.metric)
 
     def strain(self, sheet):

@@ -103,6 +103,20 @@ def unit_normals(x, cells, normal):
             normal[tri, c] /= size
 
 
+@njit(**FUSED_POINT)
+def node_forces(tri, x, cells, g, volume, s, normal, torsion):
+    """Forces of one triangle on its three nodes. x, cells, g, normal : flat; s : its stress, three numbers"""
+    i, j, k, size, q = 3 * tri, 3 * tri + 1, 3 * tri + 2, volume[tri], 6 * tri
+    a1, a2 = tangents(x, cells, g, tri)
+    n = normal[i], normal[j], normal[k]
+    rot1, rot2 = torsion * dot(n, a1), torsion * dot(n, a2)
+    on_a1 = scaled(size, plus(plus(scaled(s[0], a1), s[2], a2), rot1, n))
+    on_a2 = scaled(size, plus(plus(scaled(s[2], a1), s[1], a2), rot2, n))
+    on_0 = plus(scaled(g[q], on_a1), g[q + 1], on_a2)
+    on_1 = plus(scaled(g[q + 2], on_a1), g[q + 3], on_a2)
+    return on_0, on_1, plus(scaled(g[q + 4], on_a1), g[q + 5], on_a2)
+
+
 @njit(parallel=True, cache=True)
 def internal_forces(x, cells, gradients, volume, s, normal, torsion, force):
     """Fills force (m, 3, 3): nodal forces of every triangle [N], membrane and torsion.
@@ -112,15 +126,12 @@ def internal_forces(x, cells, gradients, volume, s, normal, torsion, force):
     n_tris, x, cells, g, s = len(cells), x.reshape(-1), cells.reshape(-1), gradients.reshape(-1), s.reshape(-1)
     normal, force = normal.reshape(-1), force.reshape(-1)
     for tri in prange(n_tris):
-        i, j, k, size = 3 * tri, 3 * tri + 1, 3 * tri + 2, volume[tri]
-        a1, a2 = tangents(x, cells, g, tri)
-        n = normal[i], normal[j], normal[k]
-        rot1, rot2 = torsion * dot(n, a1), torsion * dot(n, a2)
-        on_a1 = scaled(size, plus(plus(scaled(s[i], a1), s[k], a2), rot1, n))
-        on_a2 = scaled(size, plus(plus(scaled(s[k], a1), s[j], a2), rot2, n))
-        for node in range(3):
-            q, to = 6 * tri + 2 * node, 9 * tri + 3 * node
-            force[to], force[to + 1], force[to + 2] = plus(scaled(g[q], on_a1), g[q + 1], on_a2)
+        own = s[3 * tri], s[3 * tri + 1], s[3 * tri + 2]
+        on_0, on_1, on_2 = node_forces(tri, x, cells, g, volume, own, normal, torsion)
+        i = 9 * tri
+        force[i], force[i + 1], force[i + 2] = on_0
+        force[i + 3], force[i + 4], force[i + 5] = on_1
+        force[i + 6], force[i + 7], force[i + 8] = on_2
 
 
 @njit(parallel=True, cache=True)

@@ -36,6 +36,23 @@ def third_forms(kappa, inverse, form):
         )
 
 
+@njit(**POINT)
+def third_form_row(c1, c2, c3, b11, b12, b21, b22):
+    """Row c (3,) times H = J/2, where A k = b."""
+    return c1 * b11 + c3 * b12, c2 * b22 + c3 * b21, 0.5 * (c1 * b21 + c2 * b12 + c3 * (b11 + b22))
+
+
+@njit(**POINT)
+def fibres(metric, k, metric0, k0, form0, inverse):
+    """What gives the metric of every fibre of a triangle relative to its initial shape, flat + Z (bend + Z curl): three
+    times C11 C22 C12. metric, k, metric0, k0, form0, inverse : of three numbers each, as in `layer_metrics`"""
+    c1, c2, c3 = third_form(k[0], k[1], k[2], inverse[0], inverse[1], inverse[2])
+    # Twice the strain is in the metric, but the metric's shear is half of the strain's.
+    flat = 1.0 + metric[0] - metric0[0], 1.0 + metric[1] - metric0[1], metric[2] - metric0[2]
+    bend = 2.0 * (k[0] - k0[0]), 2.0 * (k[1] - k0[1]), k[2] - k0[2]
+    return flat, bend, (c1 - form0[0], c2 - form0[1], 0.5 * (c3 - form0[2]))
+
+
 @njit(parallel=True, cache=True, error_model="numpy")
 def layer_metrics(metric, kappa, metric0, kappa0, form0, inverse, height, stretch, layers):
     """Fills layers (m n_layers, 3): the metric C11 C22 C12 of each layer, relative to the initial shape.
@@ -45,19 +62,11 @@ def layer_metrics(metric, kappa, metric0, kappa0, form0, inverse, height, stretc
     """
     n_layers = height.shape[0]
     for tri in prange(metric.shape[0]):
-        k1, k2, k3 = kappa[tri, 0], kappa[tri, 1], kappa[tri, 2]
-        c1, c2, c3 = third_form(k1, k2, k3, inverse[tri, 0], inverse[tri, 1], inverse[tri, 2])
-        # Twice the strain is in the metric, but the metric's shear is half of the strain's.
-        flat1, flat2 = 1.0 + metric[tri, 0] - metric0[tri, 0], 1.0 + metric[tri, 1] - metric0[tri, 1]
-        flat3 = metric[tri, 2] - metric0[tri, 2]
-        bend1, bend2, bend3 = 2.0 * (k1 - kappa0[tri, 0]), 2.0 * (k2 - kappa0[tri, 1]), k3 - kappa0[tri, 2]
-        curl1, curl2, curl3 = c1 - form0[tri, 0], c2 - form0[tri, 1], 0.5 * (c3 - form0[tri, 2])
+        flat, bend, curl = fibres(metric[tri], kappa[tri], metric0[tri], kappa0[tri], form0[tri], inverse[tri])
         for layer in range(n_layers):
-            z = height[layer] * stretch[tri]
-            p = tri * n_layers + layer
-            layers[p, 0] = flat1 + z * (bend1 + z * curl1)
-            layers[p, 1] = flat2 + z * (bend2 + z * curl2)
-            layers[p, 2] = flat3 + z * (bend3 + z * curl3)
+            z, p = height[layer] * stretch[tri], tri * n_layers + layer
+            for c in range(3):
+                layers[p, c] = flat[c] + z * (bend[c] + z * curl[c])
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -80,15 +89,8 @@ def resultants(s, kappa, inverse, height, weight, stretch, thickness, result):
             kappa[tri, 0], kappa[tri, 1], kappa[tri, 2], inverse[tri, 0], inverse[tri, 1], inverse[tri, 2]
         )
         result[tri, 0], result[tri, 1], result[tri, 2] = force1, force2, force3
-        result[tri, 3] = moment1 + second1 * b11 + second3 * b12
-        result[tri, 4] = moment2 + second2 * b22 + second3 * b21
-        result[tri, 5] = moment3 + 0.5 * (second1 * b21 + second2 * b12 + second3 * (b11 + b22))
-
-
-@njit(**POINT)
-def third_form_row(c1, c2, c3, b11, b12, b21, b22):
-    """Row c (3,) times H = J/2, where A k = b."""
-    return c1 * b11 + c3 * b12, c2 * b22 + c3 * b21, 0.5 * (c1 * b21 + c2 * b12 + c3 * (b11 + b22))
+        row1, row2, row3 = third_form_row(second1, second2, second3, b11, b12, b21, b22)
+        result[tri, 3], result[tri, 4], result[tri, 5] = moment1 + row1, moment2 + row2, moment3 + row3
 
 
 @njit(**POINT)

@@ -28,13 +28,15 @@ import numpy as np
 from numba import njit, prange
 
 from ..kernels import FUSED
+from ..lanes import BLOCK, give, put, vector
 from .patches import SHARED
 from .triangle_block import (
     A1,
     A2,
+    ACROSS,
+    APEX,
     B1,
     B2,
-    BLOCK,
     INVERSE,
     L1,
     L2,
@@ -46,19 +48,14 @@ from .triangle_block import (
     SIDE,
     SLOPE,
     apex_offset,
-    block_across,
     block_frames,
     block_reflect,
-    put,
-    vector,
 )
 from .vectors import dot, plus, scaled
 
-METRIC, KAPPA = (BLOCK * i for i in (SHARED_FIELDS, SHARED_FIELDS + 3))
-FORCE, MOMENT, ON_A1, ON_A2, ON_0, ON_1, ON_2, ON_D, ON_SLOPE = (
-    BLOCK * i for i in range(SHARED_FIELDS, SHARED_FIELDS + 27, 3)
-)
-STRAIN_FIELDS, FORCE_FIELDS = SHARED_FIELDS + 6, SHARED_FIELDS + 25
+METRIC, KAPPA, NORMAL_FORCE, MOMENT = (BLOCK * i for i in range(SHARED_FIELDS, SHARED_FIELDS + 12, 3))
+FORCE, ON_KAPPA, ON_A1, ON_A2, ON_0, ON_1, ON_2 = (BLOCK * i for i in range(SHARED_FIELDS + 12, SHARED_FIELDS + 33, 3))
+ROOM = BLOCK * (SHARED_FIELDS + 33)
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -70,24 +67,25 @@ def shell_strains(u, blocks, metric, kappa):
     """
     n_tris, u, metric, kappa = metric.shape[0], u.reshape(-1), metric.reshape(-1), kappa.reshape(-1)
     for block in prange(blocks.sides.shape[0]):
-        a, w = BLOCK * block, np.empty(STRAIN_FIELDS * BLOCK)
+        a, w, across = BLOCK * block, np.empty(ROOM), np.empty(3 * ACROSS)
         n = min(BLOCK, n_tris - a)
-        block_frames(n, block, u, blocks, w)
-        block_strains(n, block, u, blocks, w, metric[3 * a :], kappa[3 * a :])
+        block_frames(n, block, u, blocks, w, across)
+        block_strains(n, block, blocks, w, across)
+        give(n, w, METRIC, metric[3 * a :])
+        give(n, w, KAPPA, kappa[3 * a :])
 
 
 @njit(**FUSED, error_model="numpy")
-def block_strains(n, block, u, blocks, w, metric, kappa):
-    """Fills metric and kappa (3 n,) of a block."""
+def block_strains(n, block, blocks, w, across):
+    """Fills METRIC and KAPPA of a block."""
     for p in range(n):
         a1, a2 = vector(w, A1, p), vector(w, A2, p)
         put(w, METRIC, p, (dot(a1, a1), dot(a2, a2), dot(a1, a2)))
         put(w, KAPPA, p, (0.0, 0.0, 0.0))
     for i in range(3):
-        block_across(n, block, u, blocks, i, w)
-        side = blocks.sides[block][SIDE * i :]
+        side, there = blocks.sides[block][SIDE * i :], across[ACROSS * i :]
         for p in range(n):
-            d = apex_offset(w, p, side[B1 + p], side[B2 + p])
+            d = apex_offset(w, there, p, side[B1 + p], side[B2 + p])
             a1, a2, normal = vector(w, A1, p), vector(w, A2, p), vector(w, NORMAL, p)
             l1, l2, (i11, i22, i12) = side[L1 + p], side[L2 + p], vector(w, INVERSE, p)
             d1, d2, s, over = dot(d, a1), dot(d, a2), dot(d, normal), side[OVER_REACH + p]
@@ -98,12 +96,8 @@ def block_strains(n, block, u, blocks, w, metric, kappa):
             m22 += c * l2 * (l2 * dd - 2.0 * d2)
             m12 += c * (l1 * l2 * dd - l1 * d2 - l2 * d1)
             put(w, METRIC, p, (m11, m22, m12))
-            turn = s / (1.0 + side[RHO + p] - away) + side[LEVER + p] * w[SLOPE + p]
+            turn = s / (1.0 + side[RHO + p] - away) + side[LEVER + p] * there[SLOPE + p]
             put(w, KAPPA, p, plus(vector(w, KAPPA, p), -2.0 * turn, (l1 * l1, l2 * l2, 2.0 * l1 * l2)))
-    for p in range(n):
-        metric[3 * p], metric[3 * p + 1], metric[3 * p + 2] = vector(w, METRIC, p)
-    for p in range(n):
-        kappa[3 * p], kappa[3 * p + 1], kappa[3 * p + 2] = vector(w, KAPPA, p)
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -116,22 +110,31 @@ def shell_forces(u, blocks, area, result, force):
     """
     n_tris, u, result, force = area.shape[0], u.reshape(-1), result.reshape(-1), force.reshape(-1)
     for block in prange(blocks.sides.shape[0]):
-        a, w = BLOCK * block, np.empty(FORCE_FIELDS * BLOCK)
+        a, w, across = BLOCK * block, np.empty(ROOM), np.empty(3 * ACROSS)
         n = min(BLOCK, n_tris - a)
-        block_frames(n, block, u, blocks, w)
-        block_forces(n, block, u, blocks, area[a:], result[6 * a :], w, force[27 * a :])
+        block_frames(n, block, u, blocks, w, across)
+        for p in range(n):
+            q = 6 * (a + p)
+            put(w, NORMAL_FORCE, p, (result[q], result[q + 1], result[q + 2]))
+            put(w, MOMENT, p, (result[q + 3], result[q + 4], result[q + 5]))
+        block_forces(n, block, blocks, area[a:], w, across)
+        for p in range(n):
+            for i in range(3):
+                to, there = 27 * (a + p) + 3 * i, across[ACROSS * i :]
+                force[to], force[to + 1], force[to + 2] = vector(w, ON_0 + 3 * BLOCK * i, p)
+                force[to + 9], force[to + 10], force[to + 11] = vector(there, APEX, p)
+                force[to + 18], force[to + 19], force[to + 20] = there[SLOPE + p], 0.0, 0.0
 
 
 @njit(**FUSED, error_model="numpy")
-def block_forces(n, block, u, blocks, area, result, w, force):
-    """Fills force (27 n,) of a block. area : (n,); result : (6 n,)"""
+def block_forces(n, block, blocks, area, w, across):
+    """Fills ON_0, ON_1 and ON_2 of a block from NORMAL_FORCE and MOMENT, and what is across with the forces on it.
+    area : (n,)"""
     sides = blocks.sides[block]
     for p in range(n):
-        size = area[p]
-        n11, n22, n12 = size * result[6 * p], size * result[6 * p + 1], size * result[6 * p + 2]
-        m11, m22, m12 = size * result[6 * p + 3], size * result[6 * p + 4], size * result[6 * p + 5]
-        put(w, FORCE, p, (n11, n22, n12))
-        put(w, MOMENT, p, (-2.0 * m11, -2.0 * m22, -4.0 * m12))
+        size, (n11, n22, n12), (m11, m22, m12) = area[p], vector(w, NORMAL_FORCE, p), vector(w, MOMENT, p)
+        put(w, FORCE, p, (size * n11, size * n22, size * n12))
+        put(w, ON_KAPPA, p, (-2.0 * (size * m11), -2.0 * (size * m22), -4.0 * (size * m12)))
     for p in range(n):
         a1, a2, (n11, n22, n12) = vector(w, A1, p), vector(w, A2, p), vector(w, FORCE, p)
         put(w, ON_A1, p, plus(scaled(n11, a1), n12, a2))
@@ -140,13 +143,13 @@ def block_forces(n, block, u, blocks, area, result, w, force):
         put(w, ON_1, p, (0.0, 0.0, 0.0))
         put(w, ON_2, p, (0.0, 0.0, 0.0))
     for i in range(3):
-        block_across(n, block, u, blocks, i, w)
-        side = sides[SIDE * i :]
+        side, there = sides[SIDE * i :], across[ACROSS * i :]
         for p in range(n):
             b1, b2 = side[B1 + p], side[B2 + p]
-            d, a1, a2, normal = apex_offset(w, p, b1, b2), vector(w, A1, p), vector(w, A2, p), vector(w, NORMAL, p)
+            d = apex_offset(w, there, p, b1, b2)
+            a1, a2, normal = vector(w, A1, p), vector(w, A2, p), vector(w, NORMAL, p)
             l1, l2, (i11, i22, i12) = side[L1 + p], side[L2 + p], vector(w, INVERSE, p)
-            (n11, n22, n12), (m11, m22, m12) = vector(w, FORCE, p), vector(w, MOMENT, p)
+            (n11, n22, n12), (m11, m22, m12) = vector(w, FORCE, p), vector(w, ON_KAPPA, p)
             low1, low2 = dot(d, a1), dot(d, a2)
             d1, d2 = i11 * low1 + i12 * low2, i12 * low1 + i22 * low2
             up1, up2 = i11 * l1 + i12 * l2, i12 * l1 + i22 * l2
@@ -165,13 +168,9 @@ def block_forces(n, block, u, blocks, area, result, w, force):
             put(w, ON_0, p, plus(vector(w, ON_0, p), b1 + b2 - 1.0, on_d))
             put(w, ON_1, p, plus(vector(w, ON_1, p), -b1, on_d))
             put(w, ON_2, p, plus(vector(w, ON_2, p), -b2, on_d))
-            put(w, ON_D, p, on_d)
-            w[ON_SLOPE + p] = m * side[LEVER + p]
-        block_reflect(block, blocks, i, ON_D, w)
-        for p in range(n):
-            q = 27 * p + 9 + 3 * i
-            force[q], force[q + 1], force[q + 2] = vector(w, ON_D, p)
-            force[q + 9], force[q + 10], force[q + 11] = w[ON_SLOPE + p], 0.0, 0.0
+            put(there, APEX, p, on_d)
+            there[SLOPE + p] = m * side[LEVER + p]
+        block_reflect(block, blocks, i, there)
     for p in range(n):
         on_a1, on_a2 = vector(w, ON_A1, p), vector(w, ON_A2, p)
         put(w, ON_0, p, plus(plus(vector(w, ON_0, p), sides[L1 + p], on_a1), sides[L2 + p], on_a2))
@@ -179,6 +178,3 @@ def block_forces(n, block, u, blocks, area, result, w, force):
         put(
             w, ON_2, p, plus(plus(vector(w, ON_2, p), sides[2 * SIDE + L1 + p], on_a1), sides[2 * SIDE + L2 + p], on_a2)
         )
-    for p in range(n):
-        for component in range(9):
-            force[27 * p + component] = w[ON_0 + BLOCK * component + p]

@@ -1,10 +1,9 @@
-"""Shell triangles taken together, so that strains and forces are plain loops, which the compiler turns into vector code
-(`materials/block.py` on how).
+"""Shell triangles taken together, in blocks (`lanes.py`), for their strains and forces.
 
-A block is up to `BLOCK` triangles. Their nodes' places are gathered into w, field after field: w[X + p] is the first
-coordinate of node 0 of triangle p. A loop branches nowhere. Where nothing lies across a side, the apex there is
-infinitely far away, 1/(1 + rho) = 0 and 1/(2 rho - ..) = 0, so that it adds nothing; a side without an edge slope has a
-lever of 0; the few mirrored sides are reflected between two loops.
+Their nodes' places are gathered into w: w[X0 + p] is the first coordinate of node 0 of triangle p. A loop branches
+nowhere. Where nothing lies across a side, the apex there is infinitely far away, 1/(1 + rho) = 0 and
+1/(2 rho - ..) = 0, so that it adds nothing; a side without an edge slope has a lever of 0; the few mirrored sides are
+reflected between two loops.
 """
 
 from typing import NamedTuple
@@ -13,16 +12,18 @@ import numpy as np
 from numba import njit
 
 from ..kernels import FUSED, FUSED_POINT
+from ..lanes import BLOCK, put, vector
 from .vectors import dot, inverse_and_normal, minus, plus, scaled
 
-BLOCK = 64
 # Constants of a side, side after side: l_i,a; b_ik of the two nodes after the first; rho; 1/(1 + rho); lever.
 L1, L2, B1, B2, RHO, OVER_REACH, LEVER = (BLOCK * i for i in range(7))
 SIDE = 7 * BLOCK
-# Fields of w: places of the own nodes, of the apices; edge slopes; a_1, a_2, n; A11, A22, A12.
-X0, X1, X2, APEX, E1, E2, A1, A2, NORMAL, INVERSE = (BLOCK * i for i in range(0, 30, 3))
-SLOPE = 30 * BLOCK
-SHARED_FIELDS = 31  # strains' and forces' own follow
+# Fields of w: places of the own nodes; E1, E2 from the first to the others; a_1, a_2, n; A11, A22, A12.
+X0, X1, X2, E1, E2, A1, A2, NORMAL, INVERSE = (BLOCK * i for i in range(0, 27, 3))
+SHARED_FIELDS = 27  # strains' and forces' own follow
+# Fields of what lies across, side after side: place of the apex, edge slope. An array of its own: places in w that the
+# compiler does not know could be those that a loop writes.
+APEX, SLOPE, ACROSS = 0, 3 * BLOCK, 4 * BLOCK
 
 
 class TriangleBlocks(NamedTuple):
@@ -62,22 +63,10 @@ def build_blocks(gradients, patches):
     )
 
 
-@njit(**FUSED_POINT)
-def vector(w, field, p):
-    """Three fields of one triangle."""
-    return w[field + p], w[field + BLOCK + p], w[field + 2 * BLOCK + p]
-
-
-@njit(**FUSED_POINT)
-def put(w, field, p, v):
-    """Fills three fields of one triangle."""
-    w[field + p], w[field + BLOCK + p], w[field + 2 * BLOCK + p] = v
-
-
 @njit(**FUSED, error_model="numpy")
-def block_frames(n, block, u, blocks, w):
-    """Gathers the own nodes of the n triangles of a block; fills E1, E2 from the first node to the others, tangent
-    vectors, inverse metrics and normals. u : (3 n_rows,)"""
+def block_frames(n, block, u, blocks, w, across):
+    """Gathers the nodes of the n triangles of a block and what lies across their sides; fills the frames.
+    u : (3 n_rows,)"""
     sides = blocks.sides[block]
     for p in range(n):
         for k in range(3):
@@ -95,28 +84,30 @@ def block_frames(n, block, u, blocks, w):
         put(w, A2, p, a2)
         put(w, INVERSE, p, (i11, i22, i12))
         put(w, NORMAL, p, normal)
+    for i in range(3):
+        block_across(n, block, u, blocks, i, across[ACROSS * i :])
 
 
 @njit(**FUSED, error_model="numpy")
-def block_across(n, block, u, blocks, i, w):
+def block_across(n, block, u, blocks, i, across):
     """Gathers the apices across side i, and its edge slopes."""
     a = block * BLOCK
     for p in range(n):
         row = 3 * np.intp(blocks.rows[a + p, 3 + i])
-        put(w, APEX, p, (u[row], u[row + 1], u[row + 2]))
-        w[SLOPE + p] = u[3 * np.intp(blocks.rows[a + p, 6 + i])]
+        put(across, APEX, p, (u[row], u[row + 1], u[row + 2]))
+        across[SLOPE + p] = u[3 * np.intp(blocks.rows[a + p, 6 + i])]
     for k in range(blocks.first[block], blocks.first[block + 1]):
         tri, side, row = blocks.mirrored[k]
         if side == i:
-            plane = blocks.planes[row]
-            reflect(w, APEX, tri - a, plane)
-            put(w, APEX, tri - a, plus(vector(w, APEX, tri - a), 2.0 * plane[3], (plane[0], plane[1], plane[2])))
+            plane, p = blocks.planes[row], tri - a
+            reflect(across, APEX, p, plane)
+            put(across, APEX, p, plus(vector(across, APEX, p), 2.0 * plane[3], (plane[0], plane[1], plane[2])))
 
 
 @njit(**FUSED_POINT)
-def apex_offset(w, p, b1, b2):
+def apex_offset(w, across, p, b1, b2):
     """d: of the apex across, from where the triangle goes on."""
-    d = minus(vector(w, APEX, p), vector(w, X0, p))
+    d = minus(vector(across, APEX, p), vector(w, X0, p))
     return plus(plus(d, -b1, vector(w, E1, p)), -b2, vector(w, E2, p))
 
 
@@ -128,9 +119,9 @@ def reflect(w, field, p, plane):
 
 
 @njit(**FUSED, error_model="numpy")
-def block_reflect(block, blocks, i, field, w):
-    """Reflects three fields of those triangles of a block whose side i sees a mirror image."""
+def block_reflect(block, blocks, i, across):
+    """Reflects the forces on the apices that side i of a block sees in a mirror."""
     for k in range(blocks.first[block], blocks.first[block + 1]):
         tri, side, row = blocks.mirrored[k]
         if side == i:
-            reflect(w, field, tri - block * BLOCK, blocks.planes[row])
+            reflect(across, APEX, tri - block * BLOCK, blocks.planes[row])

@@ -21,73 +21,60 @@ from ..contact.drive import lanes, spins, to_space, to_tool
 from ..contact.feet import MOST
 from ..contact.node_on_tool import OPEN, SLIP, STICK
 from .corners import Walls, meet_walls
-from .laws import BY_PATH, GRIP, KINEMATIC, PENALTY, answer, grip_of, velocity_at
+from .laws import BY_PATH, GRIP, KINEMATIC, PENALTY, TOUCH, answer, grip_of, velocity_at
 
 FEW = 1000  # nodes that one thread meets sooner than several begin
 
 
-@njit(cache=True)
-def wake(points, travel, axis, place, distance, reach, before, normal_force, tau, status, near):
-    """Fills near with the nodes that may lie closer to the tool than their reach, and their rows of place with where
-    they are now; opens those that were near before. Returns how many. What is not a number is near nothing.
+# Counting references to their arrays would take most of these functions' time, testing divisors some of it.
+POINT = {"_nrt": False, "error_model": "numpy"}
 
-    points : the first n rows are nodes; travel (1,) of the tool along its axis (3,); place (n, 3), distance (n,):
-    where each was projected last, in the tool's frame, and how far from it; it changes by no more than the node moves.
-    """
-    for k in range(before.shape[0]):
-        node = before[k]
+
+@njit(forceinline=True, **POINT)
+def row(a, i):
+    """Row i (3,) of a."""
+    return a[i, 0], a[i, 1], a[i, 2]
+
+
+@njit(forceinline=True, **POINT)
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(forceinline=True, **POINT)
+def open_node(node, normal_force, tau, status):
+    if status[node] != OPEN:
         normal_force[node], status[node] = 0.0, OPEN
         tau[node, 0] = tau[node, 1] = tau[node, 2] = 0.0
-    count = 0
-    s1, s2, s3 = travel[0] * axis[0], travel[0] * axis[1], travel[0] * axis[2]
-    for node in range(reach.shape[0]):
-        x1, x2, x3 = points[node, 0] - s1, points[node, 1] - s2, points[node, 2] - s3
-        slack = distance[node] - reach[node]
-        moved = (x1 - place[node, 0]) ** 2 + (x2 - place[node, 1]) ** 2 + (x3 - place[node, 2]) ** 2
-        if not (moved < np.inf) or (slack > 0.0 and moved < slack * slack):
-            continue
-        near[count] = node
-        place[node, 0], place[node, 1], place[node, 2] = x1, x2, x3
-        count += 1
-    return count
 
 
-@njit(forceinline=True, _nrt=False)  # counting references to its arrays would take most of its time
+@njit(forceinline=True, **POINT)
 def meet_node(
     node, law, parameter, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
     u_new, v_new, gap, normal_force, n_new, tau, status, lost,
 ):  # fmt: skip
-    """One node of `meet_tool`."""
-    d = distance[node] - half_thickness[node]
-    gap[node], normal_force[node], status[node] = d, 0.0, OPEN
-    for c in range(3):
-        tau[node, c] = 0.0
-    if d >= 0.0:
-        return
+    """One node of `meet_tool`; whether it touches."""
+    d, n, f = distance[node] - half_thickness[node], row(normal, node), row(free, node)
+    gap[node] = d
+    hold = f[0] * n[0] * n[0] + f[1] * n[1] * n[1] + f[2] * n[2] * n[2]
+    if d >= 0.0 or hold < GRIP:
+        open_node(node, normal_force, tau, status)
+        return False
+    # Relative to the tool, now and half a step ago.
     m, tool = mass[node], velocity_at(w, u_new[node])
-    hold = vn = before = 0.0
-    for c in range(3):
-        hold += free[node, c] * normal[node, c] * normal[node, c]
-        vn += (v_new[node, c] - tool[c]) * normal[node, c]
-        before += (v[node, c] - tool[c]) * normal[node, c]
-    lost[node] = BY_PATH
-    if hold < GRIP:
-        return
+    now = (v_new[node, 0] - tool[0], v_new[node, 1] - tool[1], v_new[node, 2] - tool[2])
+    then = (v[node, 0] - tool[0], v[node, 1] - tool[1], v[node, 2] - tool[2])
+    vn, before = dot(now, n), dot(then, n)
     # Along the normal.
     gain, lift, taken = answer(law, parameter, d, vn, before, dt, dtm)
-    if taken >= 0.0:
-        lost[node] = 0.5 * m * taken / hold
-    dv, lift = gain / hold, lift / hold
-    force = m * dv / dtm
+    if law == TOUCH:
+        lost[node] = 0.5 * m * taken / hold if taken >= 0.0 else BY_PATH
+    dv, lift, per_dt = gain / hold, lift / hold, m / dtm
+    force = per_dt * dv
     # Across it. A law's speed is the one that the node has, not what the step would give it without friction.
-    sliding = across = 0.0
-    for c in range(3):
-        slide = v_new[node, c] - tool[c] - vn * normal[node, c]
-        tau[node, c] = slide
-        sliding += slide * slide
-        across += (v[node, c] - tool[c]) ** 2
-    sliding = sqrt(sliding)
-    speed = sqrt(max(across - before * before, 0.0))
+    slide = (now[0] - vn * n[0], now[1] - vn * n[1], now[2] - vn * n[2])
+    sliding = sqrt(dot(slide, slide))
+    speed = 0.0 if laws is None else sqrt(max(dot(then, then) - before * before, 0.0))
     stopped = dv * grip_of(mu, laws, face[node], node, force, speed)
     factor = 0.0
     if stopped > 0.0 and sliding > 0.0:
@@ -95,11 +82,12 @@ def meet_node(
     status[node] = STICK if stopped > 0.0 and sliding <= stopped else SLIP
     normal_force[node] = force
     for c in range(3):
-        slowed = factor * tau[node, c]
-        tau[node, c] = m * slowed / dtm
-        n_new[node, c] = normal[node, c]
-        v_new[node, c] += free[node, c] * (dv * normal[node, c] + slowed)
-        u_new[node, c] += free[node, c] * (lift * normal[node, c] + dt * slowed)
+        slowed = factor * slide[c]
+        tau[node, c] = per_dt * slowed
+        n_new[node, c] = n[c]
+        v_new[node, c] += f[c] * (dv * n[c] + slowed)
+        u_new[node, c] += f[c] * (lift * n[c] + dt * slowed)
+    return True
 
 
 @njit(cache=True)
@@ -108,11 +96,18 @@ def meet_few(
     u_new, v_new, gap, normal_force, n_new, tau, status, lost,
 ):  # fmt: skip
     """`meet_tool` on one thread."""
+    touching = between = 0
     for k in range(near.shape[0]):
-        meet_node(
+        for node in range(between, near[k]):
+            open_node(node, normal_force, tau, status)
+        between = near[k] + 1
+        touching += meet_node(
             near[k], law, parameter, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
             u_new, v_new, gap, normal_force, n_new, tau, status, lost,
         )  # fmt: skip
+    for node in range(between, half_thickness.shape[0]):
+        open_node(node, normal_force, tau, status)
+    return touching
 
 
 @njit(parallel=True, cache=True)
@@ -120,21 +115,26 @@ def meet_tool(
     law, parameter, near, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
     u_new, v_new, gap, normal_force, n_new, tau, status, lost,
 ):  # fmt: skip
-    """Puts the nodes that overlap a tool back, and gives them their friction.
+    """Opens all nodes, puts back those that overlap a tool, and gives these their friction. Returns how many touch.
 
     parameter : restitution of a touch; stiffness of a penalty over the node's mass [1/s^2]
-    near : (k,) nodes; distance (n,), normal (n, 3), face (n,) of their projection after the predicted step (penalty:
-    before it); mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
+    near : (k,) nodes that may overlap, in order
+    distance (n,), normal (n, 3), face (n,) of their projection after the predicted step (penalty: before it)
+    mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
     half_thickness (n,), mass (n,); free : (n, 3) 1 where a node may move; w : (3, 3) of the tool, see velocity_at;
     v : before the step
-    changes u_new, v_new (n, 3); fills gap (n,), normal_force (n,), n_new (n, 3), tau (n, 3), status (n,) of these
-    nodes, and lost (n,) mJ, or BY_PATH
+    changes u_new, v_new (n, 3); fills normal_force (n,), tau (n, 3), status (n,), gap (n,) of near nodes, n_new (n, 3)
+    of those that touch, and of these for the law of touch lost (n,) mJ, or BY_PATH
     """
+    touching = 0
+    for node in prange(half_thickness.shape[0]):
+        open_node(node, normal_force, tau, status)
     for k in prange(near.shape[0]):
-        meet_node(
+        touching += meet_node(
             near[k], law, parameter, distance, normal, face, half_thickness, mass, free, mu, laws, w, dt, dtm, v,
             u_new, v_new, gap, normal_force, n_new, tau, status, lost,
         )  # fmt: skip
+    return touching
 
 
 @njit(cache=True)
@@ -145,29 +145,35 @@ def contact_work(near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis
 
     lost : (n,) mJ, or BY_PATH; u_new : (n, 3) where the nodes are
     """
-    driven = collided = rubbed = along = touching = 0.0
+    driven = collided = rubbed = touching = 0.0
+    total = (0.0, 0.0, 0.0)
     for k in range(near.shape[0]):
         node = near[k]
-        if normal_force[node] == 0.0:
+        pressed = normal_force[node]
+        if pressed == 0.0:
             continue
         touching += mass[node]
-        by_path = lost[node] == BY_PATH
-        if not by_path:
-            collided += lost[node]
-        tool = velocity_at(w, u_new[node])
+        tool, n, rub = velocity_at(w, u_new[node]), row(normal, node), row(tau, node)
+        force = (pressed * n[0] + rub[0], pressed * n[1] + rub[1], pressed * n[2] + rub[2])
+        total = (total[0] + force[0], total[1] + force[1], total[2] + force[2])
+        # Velocity relative to the tool, in the middle of the step.
+        along = across = 0.0
         for c in range(3):
-            push = normal_force[node] * normal[node, c]
-            path = (0.5 * (v[node, c] + v_new[node, c]) - tool[c]) * dtm
-            driven += (push + tau[node, c]) * tool[c] * dtm
+            pace = 0.5 * (v[node, c] + v_new[node, c]) - tool[c]
+            along += n[c] * pace
+            across += rub[c] * pace
+            driven += force[c] * tool[c]
             if free[node, c] == 0.0:
                 # What holds the node takes this force, over the node's way.
-                driven -= (push + tau[node, c]) * (path + tool[c] * dtm)
-            if by_path:
-                collided -= push * path
-            rubbed -= tau[node, c] * path
-            along += (push + tau[node, c]) * axis[c]
-            impulse[c] -= (push + tau[node, c]) * dtm
-    return driven, collided, rubbed, along, touching
+                driven -= force[c] * (pace + tool[c])
+        if lost[node] == BY_PATH:
+            collided -= pressed * along * dtm
+        else:
+            collided += lost[node]
+        rubbed -= across
+    for c in range(3):
+        impulse[c] -= total[c] * dtm
+    return driven * dtm, collided, rubbed * dtm, dot(total, axis), touching
 
 
 class ToolContact:
@@ -183,15 +189,16 @@ class ToolContact:
         self.law, self.parameter = law
         self.mass, self.free, self.mu = mass, free, run.tool.mu
         n = len(contact.status)
-        self.room = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-        self.near = self.room[0][:0]
-        self.lost = np.zeros(n)
+        # Nodes that may touch, and how many do: any may have before.
+        self.room = np.empty(n, dtype=np.int64)
+        self.near, self.n_touching = self.room[:0], n
+        self.lost = np.full(n, BY_PATH)
         self.walls = Walls(run.tool.surface, n) if contact.further else None
-        self.cornered = self.room[0][:0]
+        self.cornered = self.near
         # Velocities of the free coordinates (drive.py): travel, and tilts times a length [mm/s].
         n_tilts = 0 if run.drive is None else len(run.drive.axes)
         self.rates = np.zeros(1 + n_tilts)
-        self.w, self.at = np.zeros((3, 3)), self.here()
+        self.w, self.at, self.shift = np.zeros((3, 3)), self.here(), np.zeros(3)
         self.place_pivot()
         sheet = mass[:n]
         self.inertia = np.full((1, 1), weight * sheet.sum())
@@ -215,11 +222,12 @@ class ToolContact:
         return SimpleNamespace(travel=self.contact.travel.copy(), tilt=self.contact.tilt.copy())
 
     def place_pivot(self):
-        """Velocity and place of the point the tool turns about."""
+        """How far the tool has travelled; velocity and place of the point it turns about."""
         run = self.run
+        np.multiply(run.axis, self.contact.travel, out=self.shift)
         self.w[0] = self.rates[0] * run.axis
         if run.pivot is not None:
-            self.w[2] = run.pivot + self.contact.travel[0] * run.axis
+            self.w[2] = run.pivot + self.shift
 
     def travel_to(self, travel, dt):
         """Move a tool of prescribed travel over a step."""
@@ -252,35 +260,29 @@ class ToolContact:
         """Let the nodes touch the tool at the end of their predicted step."""
         contact, watch, run = self.contact, self.run.neighbourhood, self.run
         points, at = (u, self.at) if self.law == PENALTY else (u_new, contact)
-        travel = at.travel
+        shift = self.shift if at is contact else at.travel * run.axis
         if run.pivot is not None:
-            points, travel = to_tool(run, at, points[: len(half_thickness)]), np.zeros(1)
-        self.room = self.room[::-1]
-        count = wake(
-            points, travel, run.axis, watch.place, watch.distance, half_thickness, self.near, contact.normal_force,
-            contact.friction_force, contact.status, self.room[0],
-        )  # fmt: skip
-        self.near = near = self.room[0][:count]
-        watch.n_asked += len(half_thickness)
+            points, shift = to_tool(run, at, points[: len(half_thickness)]), np.zeros(3)
+        count = watch.look(points, shift, half_thickness, self.room)
+        self.near = near = self.room[:count]
+        if not count and not self.n_touching:
+            return
+        hit, cornered = watch.hit, ()
         if self.walls is not None:
             self.leave_corners()
-        if not count:
-            return
-        watch.follow(near)
-        hit = watch.hit
-        if self.walls is not None:
             cornered = self.walls.look(near, watch.place, hit, half_thickness)
             if len(cornered):
-                self.meet_corners(cornered, watch.place, half_thickness, dt, dtm, v, u_new, v_new)
                 near = np.setdiff1d(near, cornered, assume_unique=True)
         if run.pivot is not None:
             hit = to_space(run, at, hit)
         meet = meet_few if count < FEW else meet_tool
-        meet(
+        self.n_touching = meet(
             self.law, self.parameter, near, hit.distance, hit.normal, hit.face, half_thickness, self.mass, self.free,
             self.mu, run.laws, self.w, dt, dtm, v, u_new, v_new, contact.gap, contact.normal_force,
             contact.normal, contact.friction_force, contact.status, self.lost,
         )  # fmt: skip
+        if len(cornered):
+            self.meet_corners(cornered, watch.place, half_thickness, dt, dtm, v, u_new, v_new)
 
     def leave_corners(self):
         """Open the further feet of nodes that had some."""
@@ -303,6 +305,7 @@ class ToolContact:
             foot.gap[nodes], foot.normal_force[nodes], foot.normal[nodes] = gap[:, j], force[:, j], normal[:, j]
             foot.friction_force[nodes], foot.status[nodes] = tau[:, j], status[:, j]
         self.cornered = nodes
+        self.n_touching += k
 
     def reacted(self, x, nodes, along, touching):
         """What the sheet does to the free coordinates (j,) [N], and that times the damper of the tool's bounce on it.
@@ -328,20 +331,19 @@ class ToolContact:
 
     def work(self, v, v_new, u_new, dtm, sums):
         """Add the step's work of the tool, contact and friction to sums [mJ], once all tools have been met."""
-        feet = [(self.contact, self.near)]
+        feet = [(self.contact, self.near)] if self.n_touching else []
         if len(self.cornered):
             feet += [(foot, self.cornered) for foot in self.contact.further]
         along = touching = 0.0
         for foot, nodes in feet:
-            if len(nodes):
-                driven, collided, rubbed, push, held = contact_work(
-                    nodes, foot.normal_force, foot.normal, foot.friction_force, self.lost, v, v_new, u_new, self.w,
-                    self.run.axis, dtm, self.mass, self.free, self.impulse,
-                )  # fmt: skip
-                sums["external"] += driven
-                sums["contact"] += collided
-                sums["friction"] += rubbed
-                along, touching = along + push, touching + held
+            driven, collided, rubbed, push, held = contact_work(
+                nodes, foot.normal_force, foot.normal, foot.friction_force, self.lost, v, v_new, u_new, self.w,
+                self.run.axis, dtm, self.mass, self.free, self.impulse,
+            )  # fmt: skip
+            sums["external"] += driven
+            sums["contact"] += collided
+            sums["friction"] += rubbed
+            along, touching = along + push, touching + held
         if self.run.drive is not None:
             self.bounce_before = self.bounce
             self.reaction, self.bounce = self.reacted(u_new, self.near, -along, touching)
@@ -358,6 +360,15 @@ class ToolContact:
             if self.law == KINEMATIC:
                 foot.gap[foot.status != OPEN] = 0.0
             foot.multiplier[:] = foot.normal_force
+
+
+def touch_tools(tools, u, v, half_thickness, dt, dtm, u_new, v_new, sums):
+    """Let the nodes touch the tools, one after the other, at the end of their predicted step; add the step's work to
+    sums [mJ]."""
+    for tool in tools:
+        tool.meet(u, v, half_thickness, dt, dtm, u_new, v_new)
+    for tool in tools:
+        tool.work(v, v_new, u_new, dtm, sums)
 
 
 def in_order(tools):

@@ -6,26 +6,26 @@ are means over the time since the last one.
 """
 
 import logging
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import load_on
-from ..elements.assembly import gather_forces, gather_thickness
+from ..elements.assembly import gather_thickness
 from ..energy import NAMES
 from ..errors import StepFailed
 from ..implicit.increments import NEGLIGIBLE, March
 from ..loads import Loads
 from ..scene import AXES
 from ..springback import least_supports
-from .central_differences import account, n_chunks, predict, through_thickness
-from .contact import ToolContact, in_order
+from .central_differences import account, n_chunks, predict
+from .contact import ToolContact, in_order, touch_tools
 from .laws import law_of
 from .mass import lengthened, lumped_masses, scaled_density, wave_steps
 from .pacing import pace
 from .relaxation import Relaxation
+from .sheet_pass import build_pass
 from .spring_damper import SpringDamper
 from .stable_step import StableStep
 
@@ -39,7 +39,6 @@ BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metr
 CREEP = 1e-3  # change of the step from one to the next
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
 STOP = 0.05  # stiffness of a tool's stop or of a drawbead, relative to the mass it meets over the square of the step
-HISTORY = ("strain", "plastic", "equivalent", "history", "stress")
 
 
 class Steps(NamedTuple):
@@ -92,9 +91,10 @@ class Dynamics:
         self.pacing = pace(sheet, method)
         self.damping = method.damping * method.waves / self.pacing.duration
         plastic = state.sheet.plastic
-        self.thickness, self.half = sheet.thickness(-plastic[:, 0] - plastic[:, 1]), np.empty(n)
+        self.passes, self.half = build_pass(sheet, state.sheet), np.empty(n)
+        self.passes.thickness[:] = sheet.thickness(-plastic[:, 0] - plastic[:, 1])
         self.gather_half()
-        elements.begin(state.sheet, state.sheet, material, method)
+        elements.begin(state.sheet, material, method)
         # Where rest is all that counts mass is free: no triangle need hold up the median.
         self.weigh(scaled_density(sheet, plain, np.inf if relaxes else method.scaled))
         wanted = self.pacing.duration / method.steps if method.steps else 0.0
@@ -139,11 +139,9 @@ class Dynamics:
             if tool.run.drive is not None and tool.run.drive.stiffness > 0.0
         }
         self.measure_areas()
-        self.slot_force = np.empty((*elements.slots.shape, 3))
         self.v, self.v_new, self.u_new = begun.rate.copy(), np.zeros(self.fixed.shape), np.zeros(self.fixed.shape)
-        self.past = SimpleNamespace(**{name: getattr(state.sheet, name).copy() for name in HISTORY})
         self.uplifts = {}
-        self.sums, self.energies = np.zeros((n_chunks(len(self.mass)), 3)), np.zeros(n_chunks(m))
+        self.sums = np.zeros((n_chunks(len(self.mass)), 3))
         self.no_tangents = np.zeros((0, 0, 0))
         self.work = dict.fromkeys(NAMES, 0.0)
         self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
@@ -187,20 +185,20 @@ class Dynamics:
     def weigh(self, density):
         """Give the triangles a density (m,), and find the stable step with it."""
         self.density, self.mass = density, lumped_masses(self.sheet, density)
-        state, free = self.state.sheet, self.sheet.held.copy()
-        self.stable = StableStep(self.sheet, self.mass, self.fixed)
-        self.limit = self.method.safety * self.stable.limit(state)
+        u, free = self.state.sheet.u, self.sheet.held.copy()
+        self.stable = StableStep(self.sheet, self.passes, self.mass, self.fixed)
+        self.limit = self.method.safety * self.stable.limit(u)
         # Supports may hold all the waves in the sheet's plane. What is left resists only once it has deflected, as
         # stiffly as the sheet without supports, whose highest frequency is never below.
         free[: len(self.sheet.points)] = False
-        without = StableStep(self.sheet, self.mass, free)
-        limit = self.method.safety * without.limit(state)
+        without = StableStep(self.sheet, self.passes, self.mass, free)
+        limit = self.method.safety * without.limit(u)
         if self.limit > HELD * limit:
             self.stable, self.limit = without, limit
 
     def gather_half(self):
         """Half the thickness at the nodes, without its elastic part."""
-        gather_thickness(self.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
+        gather_thickness(self.passes.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
         self.half *= 0.5
 
     def measure_areas(self):
@@ -211,11 +209,11 @@ class Dynamics:
 
     def fastest(self):
         """Least time in which a wave crosses a triangle now [s]."""
-        return float(wave_steps(self.sheet, self.state.sheet.x, self.density, self.thickness).min())
+        return float(wave_steps(self.sheet, self.state.sheet.x, self.density, self.passes.thickness).min())
 
     def look(self):
         """Find the stable step anew."""
-        self.limit = self.method.safety * self.stable.limit(self.state.sheet)
+        self.limit = self.method.safety * self.stable.limit(self.state.sheet.u)
         self.wave, self.shrunk, self.looked = self.fastest(), 1.0, self.count
 
     def overdue(self):
@@ -269,10 +267,10 @@ class Dynamics:
             for tool, damper in self.dampers.items()
         )
 
-    def step(self, time, dt, dt_before):
-        """From `time` to time + dt."""
-        sheet, past = self.state.sheet, self.past
-        elements, material = self.sheet.elements, self.sheet.blank.material
+    def step(self, time, dt, dt_before, keeps=True):
+        """From `time` to time + dt. keeps : whether strains and stresses in the state are brought up to date, as they
+        have to be before a record"""
+        sheet = self.state.sheet
         dtm = 0.5 * (dt + dt_before)
         start, end = self.pacing.fraction(time), self.pacing.fraction(time + dt)
         ready = self.pacing.readiness(time)
@@ -297,10 +295,7 @@ class Dynamics:
             sheet.u, self.v, self.mass, sheet.external, sheet.internal, self.fixed, self.movement, end - start, dt, dtm,
             self.damping, self.u_new, self.v_new,
         )  # fmt: skip
-        for tool in self.tools:
-            tool.meet(sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new)
-        for tool in self.tools:
-            tool.work(self.v, self.v_new, self.u_new, dtm, self.work)
+        touch_tools(self.tools, sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new, self.work)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -309,28 +304,17 @@ class Dynamics:
             self.work["external"] += rubbed
         sheet.u, self.u_new = self.u_new, sheet.u
         self.v, self.v_new = self.v_new, self.v
-        # Strain, material, forces: the past becomes scratch for what is new.
+        # Strain, material, forces.
         if self.begun % BEGIN == 0:
-            elements.begin(sheet, sheet, material, self.method)
+            ratio = self.passes.ratio if self.begun else None
+            self.sheet.elements.begin(sheet, self.sheet.blank.material, self.method, ratio)
             self.measure_areas()
-        for name in HISTORY:
-            now = getattr(sheet, name)
-            setattr(sheet, name, getattr(past, name))
-            setattr(past, name, now)
-        elements.strain(sheet)
-        material.update(sheet.metric, past, sheet, tangent=False)
-        elements.forces(sheet, self.slot_force)
-        gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
-        through_thickness(
-            past.stress, sheet.stress, past.strain, sheet.strain, sheet.plastic, elements.weight,
-            self.sheet.triangles.volume, self.sheet.blank.thickness, self.thickness, self.energies,
-        )  # fmt: skip
+        self.work["internal"] += self.passes.step(sheet, keeps, (self.begun + 1) % BEGIN == 0)
         self.gather_half()
         kinetic, outside, damped = self.sums.sum(axis=0)
         self.kinetic = float(kinetic)
         self.work["external"] += outside
         self.work["damping"] += damped
-        self.work["internal"] += self.energies.sum()
         self.count += 1
         self.begun += 1
 
@@ -417,8 +401,9 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             if target < np.inf:
                 ahead = max(int(np.ceil((target - time) / dt - 1e-6)), 1)
                 dt = (target - time) / ahead
-            dynamics.step(time, dt, before)
-            time = target if ahead == 1 else time + dt
+            after = target if ahead == 1 else time + dt
+            dynamics.step(time, dt, before, place.settles or after >= due)
+            time = after
             steps += 1
             told = dynamics.relax(dt, before)
             if not np.isfinite(dynamics.kinetic + dynamics.work["internal"]):

@@ -8,11 +8,6 @@ such looks the step follows the fastest triangle's wave.
 
 import numpy as np
 
-from ..elements.assembly import gather_forces
-from ..materials.material import Material
-from ..materials.quadratic import VonMises
-from ..state import new_sheet
-
 SMALL = 1e-6  # movement in a difference of forces, relative to the mesh size
 FIRST, AGAIN = 40, 12  # rounds of the first look, and of one that starts near where the last one ended
 FRESH = 0.5  # of noise in that start, so that a mode that has become the fastest is not missed
@@ -22,30 +17,24 @@ CLOSE = 0.02  # residual at which a look ends, relative to the eigenvalue
 class StableStep:
     """Looks at one sheet with its masses.
 
-    mass : (n + k,); fixed : (n + k, 3) bool
+    sheet_pass : whose elastic forces these are; mass : (n + k,); fixed : (n + k, 3) bool
     """
 
-    def __init__(self, sheet, mass, fixed):
-        self.sheet, elements = sheet, sheet.elements
+    def __init__(self, sheet, sheet_pass, mass, fixed):
+        self.size, self.elastic_forces = sheet.size, sheet_pass.elastic_forces
         self.root = np.where(fixed, 0.0, 1.0 / np.sqrt(mass)[:, None])
-        material = sheet.blank.material
-        # The same elasticity, but it never yields.
-        endless = 1e3 * material.young
-        self.elastic = Material(material.young, material.poisson, VonMises(), lambda ep: endless + 0.0 * ep, "elastic")
-        self.trial = new_sheet(sheet.points, elements.n_slopes, len(elements.point_volume), tangents=False)
-        self.slot_force = np.empty((*elements.slots.shape, 3))
         self.vector, self.looks = None, 0
 
-    def limit(self, state):
-        """2/omega_max [s] of the sheet in a state."""
-        return float(2.0 / np.sqrt(self._largest(state)))
+    def limit(self, u):
+        """2/omega_max [s] of the sheet at places u (n + k, 3)."""
+        return float(2.0 / np.sqrt(self._largest(u)))
 
     def recall(self, vector, root, looks):
         """Go on from where another one of this sheet was after some looks, with its vector and root."""
         self.vector, self.root, self.looks = vector, root, looks
 
-    def _largest(self, state):
-        self.start = self._forces(state.u, state)
+    def _largest(self, u):
+        self.start = self.elastic_forces(u)
         x = np.random.default_rng(self.looks).standard_normal(self.root.shape) * (self.root > 0.0)
         self.looks += 1
         x /= np.linalg.norm(x)
@@ -53,7 +42,7 @@ class StableStep:
         if self.vector is not None:
             x = self.vector + FRESH * x
             x /= np.linalg.norm(x)
-        ax = self._apply(x, state)
+        ax = self._apply(x, u)
         p = ap = np.zeros_like(x)
         for _ in range(rounds):
             theta = np.vdot(x, ax)
@@ -62,7 +51,7 @@ class StableStep:
             if rest <= CLOSE * theta:
                 break
             r /= rest
-            basis, images = [x, r], [ax, self._apply(r, state)]
+            basis, images = [x, r], [ax, self._apply(r, u)]
             for q, aq in zip(basis[:2], images[:2], strict=True):
                 part = np.vdot(q, p)
                 p, ap = p - part * q, ap - part * aq
@@ -81,18 +70,8 @@ class StableStep:
         theta = np.vdot(x, ax)
         return theta + max(np.linalg.norm(ax - theta * x), CLOSE * theta)
 
-    def _apply(self, vector, state):
+    def _apply(self, vector, u):
         """M^-1/2 K M^-1/2 times a vector, by a difference of forces."""
         movement = self.root * vector
-        step = SMALL * self.sheet.size / np.abs(movement).max()
-        forces = self._forces(state.u + step * movement, state)
-        return self.root * (forces - self.start) / step
-
-    def _forces(self, u, state):
-        trial, elements = self.trial, self.sheet.elements
-        trial.u[:] = u
-        elements.strain(trial)
-        self.elastic.update(trial.metric, state, trial, tangent=False)
-        elements.forces(trial, self.slot_force)
-        gather_forces(self.slot_force, *self.sheet.pattern.rows, trial.internal)
-        return trial.internal.copy()
+        step = SMALL * self.size / np.abs(movement).max()
+        return self.root * (self.elastic_forces(u + step * movement) - self.start) / step

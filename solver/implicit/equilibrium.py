@@ -88,7 +88,7 @@ class Equilibrium:
             run.begin(old.sheet.x)
         self.uplifts = uplifts(self.beads, old.sheet.x)
         self.follow_tools(old, new)
-        self.sheet.elements.begin(old.sheet, new.sheet, self.sheet.blank.material, self.method)
+        self.sheet.elements.begin(old.sheet, self.sheet.blank.material, self.method)
 
     def pressing(self, run, fraction):
         """A driven tool with the load it bears: one that meets the sheet in this stage presses harder and harder

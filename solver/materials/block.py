@@ -1,14 +1,11 @@
-"""Points taken together, so that every pass over them is one plain loop, which the compiler turns into vector code.
+"""What a block of points (`lanes.py`) has in common whatever the law: its fields, strains from the metric, and the way
+back to stresses and stiffnesses of the metric.
 
-A block is up to `BLOCK` points. What passes hand on lies in one flat array w, field after field: w[H1 + p] is H11 of
-point p. The loops call nothing that is not inlined and look nothing up; the rare point that needs more is done by
-itself between two of them. One array, because between two the compiler would have to rule out overlap. Arrays of the
-sheet come flat, 3 p + c for component c of point p: of rows (n, 3) the compiler does not know that they lie 3 apart,
-and keeps its vector code for rows that lie 1 apart. On 25,000 planar-Hill points of which most flow rows took 40 ns a
-point, flat arrays 23.
+A law finds METRIC and the history HP, EP of the points in w, and fills H, T and the new HP, EP and E33.
 
-Symbols: H logarithmic strain [11, 22, 2*12]; G = dH/dE; T stress conjugate to H; C = dT/dH; LOG = ln det C; UU = u^2;
-HALF = 1/(2 m); F Phi and its derivatives; the rest as in `logarithmic_strain.py`.
+Symbols: METRIC C11, C22, C12; H logarithmic strain [11, 22, 2*12], E33 that across the sheet; HP plastic part, EP
+equivalent plastic strain; G = dH/dE; T stress conjugate to H; SECOND the second Piola-Kirchhoff stress S; C = dT/dH;
+LOG = ln det C; UU = u^2; HALF = 1/(2 m); F Phi and its derivatives; the rest as in `logarithmic_strain.py`.
 """
 
 from math import log
@@ -16,6 +13,7 @@ from math import log
 from numba import njit
 
 from ..kernels import FUSED, POINT
+from ..lanes import BLOCK, put, vector
 from .logarithmic_strain import (
     NEAR,
     conjugate,
@@ -28,26 +26,21 @@ from .logarithmic_strain import (
     phi_series_second,
 )
 
-BLOCK = 64
-H1, H2, H3, T1, T2, T3 = (BLOCK * i for i in range(6))
-G11, G12, G13, G21, G22, G23, G31, G32, G33 = (BLOCK * i for i in range(6, 15))
-C11, C12, C13, C21, C22, C23, C31, C32, C33 = (BLOCK * i for i in range(15, 24))
-M, HALF, D, S, GROWN, V, F0, F1, F2, UU, LOG = (BLOCK * i for i in range(24, 35))
-SHARED = 35  # fields; a law's own follow
-
-
-@njit(**POINT)
-def n_blocks(n_points):
-    """Blocks of n points."""
-    return (n_points + BLOCK - 1) // BLOCK
+METRIC, H, T, SECOND, HP = (BLOCK * i for i in range(0, 15, 3))
+EP, E33, M, HALF, D, S, GROWN, V, F0, F1, F2, UU, LOG = (BLOCK * i for i in range(15, 28))
+G11, G12, G13, G21, G22, G23, G31, G32, G33 = (BLOCK * i for i in range(28, 37))
+C11, C12, C13, C21, C22, C23, C31, C32, C33 = (BLOCK * i for i in range(37, 46))
+SHARED, OWN = 46, 18  # fields; the law's own follow
+ROOM = BLOCK * (SHARED + OWN)
 
 
 @njit(**FUSED, error_model="numpy")
-def block_strains(n, metric, w):
-    """Fills H of a block of n points. metric : (3 n,) C11 C22 C12"""
+def block_strains(n, w):
+    """Fills H of the n points of a block from METRIC."""
     far = 0
     for p in range(n):
-        m, d, s, grown = invariants(metric[3 * p], metric[3 * p + 1], metric[3 * p + 2])
+        c11, c22, c12 = vector(w, METRIC, p)
+        m, d, s, grown = invariants(c11, c22, c12)
         both = 1.0 / (m * (2.0 + grown))
         over, u = both * (2.0 + grown), grown * both * m
         v = (d * d + s * s) * over * over
@@ -63,19 +56,22 @@ def block_strains(n, metric, w):
             if not w[UU + p] < NEAR:
                 w[LOG + p] = log(1.0 + w[GROWN + p])
     for p in range(n):
-        w[H1 + p], w[H2 + p], w[H3 + p] = log_strain(w[HALF + p], w[D + p], w[S + p], w[LOG + p], w[F0 + p])
+        put(w, H, p, log_strain(w[HALF + p], w[D + p], w[S + p], w[LOG + p], w[F0 + p]))
 
 
 @njit(**FUSED, error_model="numpy")
-def block_pull_back(n, w, second_stress, tangent):
-    """Fills second_stress S (3 n,) = G^T T and, where it is not empty, tangent (n, 3, 3) = dS/dE, from a block."""
+def block_pull_back(n, w):
+    """Fills SECOND = G^T T of a block."""
     for p in range(n):
-        over = 1.0 / (1.0 + w[GROWN + p])
-        second_stress[3 * p], second_stress[3 * p + 1], second_stress[3 * p + 2] = conjugate(
-            w[M + p], w[HALF + p], w[D + p], w[S + p], over, w[F0 + p], w[F1 + p], w[T1 + p], w[T2 + p], w[T3 + p]
-        )
-    if tangent.shape[0] == 0:
-        return
+        over, (t1, t2, t3) = 1.0 / (1.0 + w[GROWN + p]), vector(w, T, p)
+        put(w, SECOND, p, conjugate(
+            w[M + p], w[HALF + p], w[D + p], w[S + p], over, w[F0 + p], w[F1 + p], t1, t2, t3
+        ))  # fmt: skip
+
+
+@njit(**FUSED, error_model="numpy")
+def block_pull_back_stiffness(n, w, tangent):
+    """Fills tangent (n, 3, 3) = dS/dE from T and C of a block."""
     far = 0
     for p in range(n):
         w[F2 + p] = phi_series_second(w[V + p])
@@ -103,9 +99,9 @@ def block_pull_back(n, w, second_stress, tangent):
             w[column + 3 * BLOCK + p] = w[G12 + p] * c1 + w[G22 + p] * c2 + w[G32 + p] * c3
             w[column + 6 * BLOCK + p] = w[G13 + p] * c1 + w[G23 + p] * c2 + w[G33 + p] * c3
     for p in range(n):
-        over = 1.0 / (1.0 + w[GROWN + p])
+        over, (t1, t2, t3) = 1.0 / (1.0 + w[GROWN + p]), vector(w, T, p)
         k11, k22, k33, k12, k13, k23 = log_strain_second(
-            w[M + p], w[HALF + p], w[D + p], w[S + p], over, w[F1 + p], w[F2 + p], w[T1 + p], w[T2 + p], w[T3 + p]
+            w[M + p], w[HALF + p], w[D + p], w[S + p], over, w[F1 + p], w[F2 + p], t1, t2, t3
         )
         w[C11 + p], w[C22 + p], w[C33 + p] = w[C11 + p] + k11, w[C22 + p] + k22, w[C33 + p] + k33
         w[C12 + p], w[C13 + p], w[C23 + p] = w[C12 + p] + k12, w[C13 + p] + k13, w[C23 + p] + k23

@@ -22,19 +22,17 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit, prange
 
+from ..lanes import BLOCK, give, n_blocks, take
 from ..state import Arrays
 from .block import (
-    BLOCK,
-    H1,
-    H2,
-    H3,
-    SHARED,
-    T1,
-    T2,
-    T3,
+    METRIC,
+    ROOM,
+    SECOND,
+    H,
+    T,
     block_pull_back,
+    block_pull_back_stiffness,
     block_strains,
-    n_blocks,
     take_stiffness,
 )
 
@@ -98,26 +96,29 @@ class Law:
 @njit(parallel=True, cache=True, error_model="numpy")
 def strains(metric, strain):
     """Fills strain (p, 3), logarithmic, from metric (p, 3)."""
-    n_points, metric = metric.shape[0], metric.reshape(-1)
+    n_points, metric, strain = metric.shape[0], metric.reshape(-1), strain.reshape(-1)
     for block in prange(n_blocks(n_points)):
-        a, w = block * BLOCK, np.empty(SHARED * BLOCK)
-        n = min(BLOCK, n_points - a)
-        block_strains(n, metric[3 * a :], w)
-        for p in range(n):
-            strain[a + p, 0], strain[a + p, 1], strain[a + p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
+        a3, w = 3 * BLOCK * block, np.empty(ROOM)
+        n = min(BLOCK, n_points - BLOCK * block)
+        take(n, metric[a3:], w, METRIC)
+        block_strains(n, w)
+        give(n, w, H, strain[a3:])
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def pull_back(metric, stress, stiffness, second_stress, tangent):
     """Fills S (p, 3) and, where it is not empty, dS/dE (p, 3, 3), from T (p, 3) and dT/dH (p, 3, 3) [MPa]."""
-    n_points, metric, second_stress = metric.shape[0], metric.reshape(-1), second_stress.reshape(-1)
+    n_points, metric, stress = metric.shape[0], metric.reshape(-1), stress.reshape(-1)
+    second_stress = second_stress.reshape(-1)
     for block in prange(n_blocks(n_points)):
-        a, w = block * BLOCK, np.empty(SHARED * BLOCK)
-        n = min(BLOCK, n_points - a)
-        block_strains(n, metric[3 * a :], w)
-        for p in range(n):
-            w[T1 + p], w[T2 + p], w[T3 + p] = stress[a + p, 0], stress[a + p, 1], stress[a + p, 2]
+        a, w = BLOCK * block, np.empty(ROOM)
+        a3, n = 3 * a, min(BLOCK, n_points - a)
+        take(n, metric[a3:], w, METRIC)
+        block_strains(n, w)
+        take(n, stress[a3:], w, T)
+        block_pull_back(n, w)
+        give(n, w, SECOND, second_stress[a3:])
         if tangent.shape[0] > 0:
             for p in range(n):
                 take_stiffness(w, p, stiffness[a + p])
-        block_pull_back(n, w, second_stress[3 * a :], tangent[a:])
+            block_pull_back_stiffness(n, w, tangent[a:])

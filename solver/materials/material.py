@@ -13,9 +13,9 @@ from .isotropic import CurveData
 from .law import NO_TANGENT, point_state
 from .modulus import DecayingModulus, Elastic
 from .quadratic import Quadratic
-from .quadratic_return import modes_of, update_quadratic
+from .quadratic_return import modes_of
 from .rate import rate_data
-from .return_map import update_general
+from .update import update_points
 from .yield_locus import LOCI, warn_unless_convex
 
 
@@ -115,19 +115,15 @@ class Material:
         tangent : whether new.tangent = dS/dE is wanted
         dt : length of the increment [s]; None in quasi-static forming
         """
-        rate = rate_data(self.rate, dt)
-        wanted = new.tangent if tangent else NO_TANGENT
-        if self.one_equation:
-            update_quadratic(
-                metric, old.plastic, old.equivalent, self.shape, self.law.table, rate, new.second_stress, wanted,
-                new.strain, new.plastic, new.equivalent, new.stress, new.thickness_strain,
-            )  # fmt: skip
-        else:
-            update_general(
-                metric, old.plastic, old.equivalent, old.history, self.shape, self.law, rate, self.elastic,
-                new.second_stress, wanted, new.strain, new.plastic, new.equivalent, new.history, new.stress,
-                new.thickness_strain,
-            )  # fmt: skip
+        update_points(
+            *self.compiled(dt), metric, old.plastic, old.equivalent, old.history, new.second_stress,
+            new.tangent if tangent else NO_TANGENT, new.strain, new.plastic, new.equivalent, new.history, new.stress,
+            new.thickness_strain,
+        )  # fmt: skip
+
+    def compiled(self, dt=None):
+        """The law as the kernels take it: locus, hardening, rate, elasticity. dt : length of the increment [s]"""
+        return self.shape, self.law, rate_data(self.rate, dt), self.elastic
 
     def describe(self):
         """One line for the plan."""

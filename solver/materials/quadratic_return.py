@@ -7,50 +7,33 @@ x_i k_i, k_i = 1/(1 + mu l_i) with mu = dg/s_y(ep + dg). With q_i = l_i x_i^2 of
 sigma_eq^2 = sum q_i k_i^2, so that one equation for dg remains, sigma_eq(dg) = s_y(ep + dg) (theory_shell.md 7). The
 shear 12 is a mode of its own.
 
-Newton works on s_y/sigma_eq = 1: for one l alone and linear hardening that is linear in dg. All points of a block take
-each sweep together, those that are done without moving, so that no point sees its neighbours; the few that take more
-than `N_SWEEPS`, and every point of a material with a rate, are solved one by one inside a bracket.
+Newton works on G = s_y/sigma_eq - 1 = 0: for one l alone and linear hardening that is linear in dg. Its step is bent by
+the curvature that different l give (Chebyshev's method), so that a guess off by f is next off by some f^3: with
+A, B, C = sum q k^2 (k l)^0, 1, 2 and v = s_y - dg s_y', G' sigma^3 s_y = B v + A s_y s_y' and, but for s_y'',
+G'' sigma^5 s_y^3 = 3 v^2 (B^2 - A C). All points of a block take each sweep together, those that are done without
+moving, so that no point sees its neighbours; the few that take more than `N_SWEEPS`, and every point of a material with
+a rate, are solved one by one inside a bracket.
 """
 
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from ..kernels import FUSED, FUSED_POINT, INNER
-from .block import (
-    BLOCK,
-    C11,
-    C12,
-    C13,
-    C21,
-    C22,
-    C23,
-    C31,
-    C32,
-    C33,
-    H1,
-    H2,
-    H3,
-    SHARED,
-    T1,
-    T2,
-    T3,
-    block_pull_back,
-    block_strains,
-    n_blocks,
-)
+from ..lanes import BLOCK, put, vector
+from .block import C11, C12, C13, C21, C22, C23, C31, C32, C33, E33, EP, HP, OWN, SHARED, H, T
 from .hardening import N_KNOTS, piece, place_of, yield_stress
 from .rate import rate_factor
 
 # Fields of a block beside the shared ones: trial state, its q, what is sought, the curve at a guess.
-X1, X2, X3, Q1, Q2, Q3, EP, DG, SY, SLOPE, MU, OPEN, Y, PLACE, ROW, A0, A1, A2, A3 = (
-    BLOCK * i for i in range(SHARED, SHARED + 19)
-)
-FIELDS = SHARED + 19
+X, Q = BLOCK * SHARED, BLOCK * (SHARED + 3)
+DG, SY, SLOPE, MU, OPEN, Y, PLACE, ROW, A0, A1, A2, A3 = (BLOCK * i for i in range(SHARED + 6, SHARED + OWN))
 N_SWEEPS = 8
-YIELDS, NEARLY, EXACT = 1e-12, 1e-8, 1e-13  # of the yield stress; from NEARLY the next step is the last
+YIELDS, EXACT = 1e-12, 1e-13  # of the yield stress
+NEARLY, CLOSE = 5e-6, 1e-8  # from where the next step is the last; and where the slope is wanted too, or with a rate
+BEND = 0.5  # of a step, at most, by the curvature: far from the solution it tells little
 
 
 class Modes(NamedTuple):
@@ -95,20 +78,24 @@ def relaxed(dg, sy, k):
 
 @njit(**FUSED_POINT)
 def excess(q1, q2, q3, dg, sy, rise, run, k):
-    """sigma_eq - s_y after dg more of equivalent plastic strain, and Newton's step from there. The slope of s_y is
+    """sigma_eq - s_y after dg more of equivalent plastic strain, and the step from there. The slope of s_y is
     rise/run."""
     k1, k2, k3, all_three = relaxed(dg, sy, k)
     over = sy / all_three
     k1, k2, k3 = k1 * over, k2 * over, k3 * over
     w1, w2, w3 = q1 * k1 * k1, q2 * k2 * k2, q3 * k3 * k3
-    square = w1 + w2 + w3
-    f, fall = sqrt(square) - sy, w1 * k1 * k.l1 + w2 * k2 * k.l2 + w3 * k3 * k.l3
-    square *= sy
-    return f, f * square * run / (fall * (sy * run - dg * rise) + rise * square)
+    a, (k1, k2, k3) = w1 + w2 + w3, (k1 * k.l1, k2 * k.l2, k3 * k.l3)
+    f, b, c = sqrt(a) - sy, w1 * k1 + w2 * k2 + w3 * k3, w1 * k1 * k1 + w2 * k2 * k2 + w3 * k3 * k3
+    v, sa = sy * run - dg * rise, sy * a
+    below = b * v + rise * sa
+    over = 1.0 / (sy * below)
+    to_slope = over * sy
+    bend = 1.5 * (v * to_slope) * (v * to_slope) * (a * c - b * b) * f * (over * below)
+    return f, f * sa * run * to_slope * (1.0 + max(min(bend, BEND), -BEND))
 
 
 @njit(**FUSED, error_model="numpy")
-def sweep_block(w, n, k, table):
+def sweep_block(w, n, k, table, enough):
     """Fills DG, SY and SLOPE of the points of a block whose equation Newton solves. Returns how many it does not,
     which OPEN marks."""
     left = n
@@ -128,7 +115,8 @@ def sweep_block(w, n, k, table):
         for p in range(n):
             dg, open_ = w[DG + p], w[OPEN + p]
             sy, rise, run = piece(w[Y + p], w[PLACE + p], w[A0 + p], w[A1 + p], w[A2 + p], w[A3 + p])
-            f, step = excess(w[Q1 + p], w[Q2 + p], w[Q3 + p], dg, sy, rise, run, k)
+            q1, q2, q3 = vector(w, Q, p)
+            f, step = excess(q1, q2, q3, dg, sy, rise, run, k)
             elastic = (dg == 0.0) & (f <= YIELDS * sy)
             step = 0.0 if elastic else step
             moves = open_ > 0.0
@@ -136,7 +124,7 @@ def sweep_block(w, n, k, table):
             w[DG + p] = dg + step if moves else dg
             w[SY + p] = sy + slope * step if moves else w[SY + p]
             w[SLOPE + p] = slope if moves else w[SLOPE + p]
-            open_ = 0.0 if elastic | (abs(f) <= NEARLY * sy) else open_
+            open_ = 0.0 if elastic | (abs(f) <= enough * sy) else open_
             w[OPEN + p] = open_
             left += 1 if open_ > 0.0 else 0
         if left == 0:
@@ -177,7 +165,7 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
         ahead = dg + step
         if not low < ahead < high:
             ahead = 0.5 * (low + high)
-        elif abs(f) <= NEARLY * sy:  # converges quadratically: the next would find nothing left
+        elif abs(f) <= CLOSE * sy:  # converges quadratically: the next would find nothing left
             sy += slope * step
             dg = ahead
             break
@@ -188,39 +176,35 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
 
 
 @njit(**FUSED, error_model="numpy")
-def begin_block(w, n, hp_old, ep_old, k):
-    """Fills the trial state of a block. hp_old : (3 n,); ep_old : (n,)"""
+def begin_block(w, n, k):
+    """Fills the trial state of a block."""
     for p in range(n):
-        e1, e2, e3 = w[H1 + p] - hp_old[3 * p], w[H2 + p] - hp_old[3 * p + 1], w[H3 + p] - hp_old[3 * p + 2]
+        (h1, h2, h3), (hp1, hp2, hp3) = vector(w, H, p), vector(w, HP, p)
+        e1, e2, e3 = h1 - hp1, h2 - hp2, h3 - hp3
         x1, x2, x3 = k.v11 * e1 + k.v21 * e2, k.v12 * e1 + k.v22 * e2, k.v33 * e3
-        w[X1 + p], w[X2 + p], w[X3 + p] = x1, x2, x3
-        w[Q1 + p], w[Q2 + p], w[Q3 + p] = k.l1 * x1 * x1, k.l2 * x2 * x2, k.l3 * x3 * x3
-        w[EP + p], w[DG + p], w[OPEN + p], w[ROW + p] = ep_old[p], 0.0, 1.0, -1.0
+        put(w, X, p, (x1, x2, x3))
+        put(w, Q, p, (k.l1 * x1 * x1, k.l2 * x2 * x2, k.l3 * x3 * x3))
+        w[DG + p], w[OPEN + p], w[ROW + p] = 0.0, 1.0, -1.0
 
 
 @njit(**FUSED, error_model="numpy")
-def end_block(w, n, hp_old, k, strain, hp, ep, stress, thickness_strain):
-    """Fills T and the outputs of a block, from the solution of its equations. hp_old, strain, hp, stress : (3 n,)"""
+def end_block(w, n, k):
+    """Fills T, HP, EP and E33 of a block, from the solution of its equations."""
     for p in range(n):
-        sy, dg = w[SY + p], w[DG + p]
+        sy, dg, (x1, x2, x3) = w[SY + p], w[DG + p], vector(w, X, p)
         k1, k2, k3, all_three = relaxed(dg, sy, k)
         over = 1.0 / (sy * all_three)
         mu, over = dg * all_three * over, sy * sy * over
-        x1, x2, x3 = w[X1 + p] * (k1 * over), w[X2 + p] * (k2 * over), w[X3 + p] * (k3 * over)
-        w[X1 + p], w[X2 + p], w[X3 + p], w[MU + p] = x1, x2, x3, mu
-        w[T1 + p], w[T2 + p], w[T3 + p] = k.v11 * x1 + k.v12 * x2, k.v21 * x1 + k.v22 * x2, k.v33 * x3
-        ep[p] = w[EP + p] + dg
-    # One array at a time: the compiler gives up where it has to tell many apart.
+        x1, x2, x3 = x1 * (k1 * over), x2 * (k2 * over), x3 * (k3 * over)
+        put(w, X, p, (x1, x2, x3))
+        w[MU + p] = mu
+        put(w, T, p, (k.v11 * x1 + k.v12 * x2, k.v21 * x1 + k.v22 * x2, k.v33 * x3))
+        w[EP + p] += dg
     for p in range(n):
-        strain[3 * p], strain[3 * p + 1], strain[3 * p + 2] = w[H1 + p], w[H2 + p], w[H3 + p]
-    for p in range(n):
-        stress[3 * p], stress[3 * p + 1], stress[3 * p + 2] = w[T1 + p], w[T2 + p], w[T3 + p]
-    for p in range(n):
-        mu, t1, t2, t3 = w[MU + p], w[T1 + p], w[T2 + p], w[T3 + p]
-        hp1, hp2 = hp_old[3 * p] + mu * (k.p11 * t1 + k.p12 * t2), hp_old[3 * p + 1] + mu * (k.p12 * t1 + k.p22 * t2)
-        hp[3 * p], hp[3 * p + 1], hp[3 * p + 2] = hp1, hp2, hp_old[3 * p + 2] + mu * k.p33 * t3
-    for p in range(n):
-        thickness_strain[p] = -k.nu / k.young * (w[T1 + p] + w[T2 + p]) - hp[3 * p] - hp[3 * p + 1]
+        mu, (t1, t2, t3), (hp1, hp2, hp3) = w[MU + p], vector(w, T, p), vector(w, HP, p)
+        hp1, hp2 = hp1 + mu * (k.p11 * t1 + k.p12 * t2), hp2 + mu * (k.p12 * t1 + k.p22 * t2)
+        put(w, HP, p, (hp1, hp2, hp3 + mu * k.p33 * t3))
+        w[E33 + p] = -k.nu / k.young * (t1 + t2) - hp1 - hp2
 
 
 @njit(**FUSED, error_model="numpy")
@@ -229,7 +213,8 @@ def stiffen_block(w, n, k):
     for p in range(n):
         sy, slope, mu = w[SY + p], w[SLOPE + p], w[MU + p]
         k1, k2, k3 = 1.0 / (1.0 + mu * k.l1), 1.0 / (1.0 + mu * k.l2), 1.0 / (1.0 + mu * k.l3)
-        n1, n2, n3 = k.l1 * w[X1 + p] / sy, k.l2 * w[X2 + p] / sy, k.l3 * w[X3 + p] / sy
+        x1, x2, x3 = vector(w, X, p)
+        n1, n2, n3 = k.l1 * x1 / sy, k.l2 * x2 / sy, k.l3 * x3 / sy
         m1, m2, m3 = k1 * n1, k2 * n2, k3 * n3
         flow = 1.0 / (n1 * m1 + n2 * m2 + n3 * m3 + slope / (1.0 - mu * slope))
         flow = flow if w[DG + p] > 0.0 else 0.0
@@ -242,29 +227,15 @@ def stiffen_block(w, n, k):
         w[C23 + p] = w[C32 + p] = -flow * m2 * m3
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
-def update_quadratic(metric, hp_old, ep_old, k, table, rate, s, ds_dc, strain, hp, ep, stress, thickness_strain):
-    """Stress of every point from its metric.
-
-    metric : (p, 3) C11 C22 C12; hp_old : (p, 3); ep_old : (p,); k : Modes
-    fills s (p, 3) second Piola-Kirchhoff [MPa]; ds_dc (p, 3, 3) its derivative with respect to the Green strain
-    [E11, E22, 2 E12], left out where ds_dc is empty; strain H (p, 3); hp (p, 3); ep (p,); stress T (p, 3),
-    conjugate to H; thickness_strain (p,) H33
-    """
-    n_points, metric, hp_old, s = metric.shape[0], metric.reshape(-1), hp_old.reshape(-1), s.reshape(-1)
-    strain, hp, stress = strain.reshape(-1), hp.reshape(-1), stress.reshape(-1)
-    for block in prange(n_blocks(n_points)):
-        a, w = block * BLOCK, np.empty(FIELDS * BLOCK)
-        a3, n = 3 * a, min(BLOCK, n_points - a)
-        block_strains(n, metric[a3:], w)
-        begin_block(w, n, hp_old[a3:], ep_old[a:], k)
-        if rate.inverse_dt > 0.0 or sweep_block(w, n, k, table) > 0:
-            for p in range(n):
-                if w[OPEN + p] > 0.0:
-                    w[DG + p], w[SY + p], w[SLOPE + p] = plastic_increment(
-                        w[Q1 + p], w[Q2 + p], w[Q3 + p], w[EP + p], k, table, rate
-                    )
-        end_block(w, n, hp_old[a3:], k, strain[a3:], hp[a3:], ep[a:], stress[a3:], thickness_strain[a:])
-        if ds_dc.shape[0] > 0:
-            stiffen_block(w, n, k)
-        block_pull_back(n, w, s[a3:], ds_dc[a:])
+@njit(**FUSED, error_model="numpy")
+def respond_quadratic(k, curve, rate, elastic, n, w, past, now, stiffened):
+    """See `update.respond`. The law has no history of its own."""
+    begin_block(w, n, k)
+    if rate.inverse_dt > 0.0 or sweep_block(w, n, k, curve.table, CLOSE if stiffened else NEARLY) > 0:
+        for p in range(n):
+            if w[OPEN + p] > 0.0:
+                q1, q2, q3 = vector(w, Q, p)
+                w[DG + p], w[SY + p], w[SLOPE + p] = plastic_increment(q1, q2, q3, w[EP + p], k, curve.table, rate)
+    end_block(w, n, k)
+    if stiffened:
+        stiffen_block(w, n, k)

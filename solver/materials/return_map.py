@@ -16,23 +16,11 @@ from math import isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from ..kernels import INNER, POINT
-from .block import (
-    BLOCK,
-    H1,
-    H2,
-    H3,
-    SHARED,
-    T1,
-    T2,
-    T3,
-    block_pull_back,
-    block_strains,
-    n_blocks,
-    take_stiffness,
-)
+from ..lanes import put, vector
+from .block import E33, EP, HP, H, T, take_stiffness
 from .dispatch import backstress, begin, harden, locus, remember
 from .modulus import young_at
 from .rate import rate_factor
@@ -278,57 +266,28 @@ def stiffness_of(k, dg, slope, young, young_slope, nu):
 
 
 @njit(**INNER, error_model="numpy")
-def return_block(w, hp_old, ep_old, past, shape, hardening, rate, elastic, strain, hp, ep, now, stress,
-    thickness_strain, wanted,
-):  # fmt: skip
-    """Fills T and the outputs of a block, and C where it is wanted."""
+def respond_general(shape, hardening, rate, elastic, n, w, past, now, stiffened):
+    """See `update.respond`. A point whose return map finds no solution gets NaN."""
     k, nu = new_scratch(), elastic.nu
-    for p in range(ep.shape[0]):
-        strain[p, 0], strain[p, 1], strain[p, 2] = w[H1 + p], w[H2 + p], w[H3 + p]
-        for i in range(3):
-            k.e[i] = strain[p, i] - hp_old[p, i]
-        dg, slope, begun = return_point(shape, hardening, rate, elastic, ep_old[p], past[p], k)
-        ep[p] = ep_old[p] + dg
-        young, young_slope = young_at(elastic, ep[p])
+    for p in range(n):
+        (h1, h2, h3), (hp1, hp2, hp3), ep = vector(w, H, p), vector(w, HP, p), w[EP + p]
+        k.e[0], k.e[1], k.e[2] = h1 - hp1, h2 - hp2, h3 - hp3
+        dg, slope, begun = return_point(shape, hardening, rate, elastic, ep, past[p], k)
+        young, young_slope = young_at(elastic, ep + dg)
         if dg == 0.0:
-            for i in range(3):
-                hp[p, i] = hp_old[p, i]
             for i in range(past.shape[1]):
                 now[p, i] = past[p, i]
             c = young / (1.0 - nu * nu)
-            t0, t1, t2 = c * (k.e[0] + nu * k.e[1]), c * (k.e[1] + nu * k.e[0]), 0.5 * young / (1.0 + nu) * k.e[2]
+            t1, t2, t3 = c * (k.e[0] + nu * k.e[1]), c * (k.e[1] + nu * k.e[0]), 0.5 * young / (1.0 + nu) * k.e[2]
         else:
-            remember(hardening, shape, ep_old[p], past[p], begun, dg, k.m, k.n, k.hm, now[p], k.work)
-            for i in range(3):
-                hp[p, i] = hp_old[p, i] + dg * k.n[i]
-            t0, t1, t2 = k.x[0] + k.alpha[0], k.x[1] + k.alpha[1], k.x[2] + k.alpha[2]
+            remember(hardening, shape, ep, past[p], begun, dg, k.m, k.n, k.hm, now[p], k.work)
+            hp1, hp2, hp3 = hp1 + dg * k.n[0], hp2 + dg * k.n[1], hp3 + dg * k.n[2]
+            t1, t2, t3 = k.x[0] + k.alpha[0], k.x[1] + k.alpha[1], k.x[2] + k.alpha[2]
             if isnan(dg):
-                t0 = t1 = t2 = np.nan
-        stress[p, 0], stress[p, 1], stress[p, 2] = t0, t1, t2
-        w[T1 + p], w[T2 + p], w[T3 + p] = t0, t1, t2
-        thickness_strain[p] = -nu / young * (t0 + t1) - hp[p, 0] - hp[p, 1]
-        if wanted:
+                t1 = t2 = t3 = np.nan
+        put(w, T, p, (t1, t2, t3))
+        put(w, HP, p, (hp1, hp2, hp3))
+        w[EP + p], w[E33 + p] = ep + dg, -nu / young * (t1 + t2) - hp1 - hp2
+        if stiffened:
             stiffness_of(k, dg, slope, young, young_slope, nu)
             take_stiffness(w, p, k.stiffness)
-
-
-@njit(parallel=True, cache=True, error_model="numpy")
-def update_general(
-    metric, hp_old, ep_old, past, shape, hardening, rate, elastic, s, ds_dc, strain, hp, ep, now, stress,
-    thickness_strain,
-):  # fmt: skip
-    """Stress of every point from its metric; arrays as in `update_quadratic`; past and now (p, k) the histories.
-
-    A point whose return map finds no solution gets NaN.
-    """
-    n_points, metric, s = metric.shape[0], metric.reshape(-1), s.reshape(-1)
-    for block in prange(n_blocks(n_points)):
-        a = block * BLOCK
-        e = min(a + BLOCK, n_points)
-        w = np.empty(SHARED * BLOCK)
-        block_strains(e - a, metric[3 * a :], w)
-        return_block(
-            w, hp_old[a:e], ep_old[a:e], past[a:e], shape, hardening, rate, elastic, strain[a:e], hp[a:e], ep[a:e],
-            now[a:e], stress[a:e], thickness_strain[a:e], ds_dc.shape[0] > 0,
-        )  # fmt: skip
-        block_pull_back(e - a, w, s[3 * a :], ds_dc[a:])

@@ -58,17 +58,23 @@ def test_following_in_place_is_projecting_with_seeds(request, name):
     surface, rng = ToolSurface(part), np.random.default_rng(2)
     box, n = part.bounding_box, 300
     points = box[0] - 1.0 + rng.random((n, 3)) * (np.ptp(box, axis=0) + 2.0)
-    hit = surface.project(points)
+    found = surface.project(points)
+    hit = tuple(getattr(found, name) for name in ("distance", "normal", "curvature", "direction", "face", "seed"))
+    place, near, shift = points.copy(), np.empty(n, np.int64), np.array([0.3, -0.2, 0.1])
     ahead = rng.normal(size=points.shape)
     for size in (1e-4, 1e-3, 1e-2, 0.1, 1.0, 1e-3):
         for _ in range(3):
             before = [values.copy() for values in hit]
-            rows = np.flatnonzero(rng.random(n) < 0.7)
+            asked = rng.random(n) < 0.7
+            rows = np.flatnonzero(asked)
             points[rows] += size * ahead[rows]
-            wanted = surface.project(points[rows], hit.seed[rows])
-            surface.follow(rows, points, hit)
+            carried = points + shift
+            wanted = surface.project(carried[rows] - shift, hit[-1][rows])
+            count = surface.follow(carried, shift, np.where(asked, np.inf, -np.inf), place, hit, near)
             others = np.setdiff1d(np.arange(n), rows)
-            for now, new in zip(hit[:-1], wanted[:-1], strict=True):
+            assert np.array_equal(near[:count], rows)
+            assert np.array_equal(place[rows], carried[rows] - shift)
+            for now, new in zip(hit[:-1], wanted[:1] + wanted[2:-1], strict=True):
                 assert now[rows] == pytest.approx(new, rel=1e-12, abs=1e-12)
             for now, old in zip(hit, before, strict=True):
                 assert np.array_equal(now[others], old[others])

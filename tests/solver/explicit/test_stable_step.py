@@ -15,9 +15,9 @@ from tests.solver.lattice import square
 def true_limit(dynamics):
     """2/omega_max of K x = omega^2 M x, from the elements' assembled tangents."""
     sheet, state, elements = dynamics.sheet, dynamics.state.sheet, dynamics.sheet.elements
-    elements.begin(state, state, sheet.blank.material, dynamics.method)
+    elements.begin(state, sheet.blank.material, dynamics.method)
     elements.strain(state)
-    sheet.blank.material.update(state.metric, dynamics.past, state)
+    sheet.blank.material.update(state.metric, sheet.blank.material.new_state(len(state.metric)), state)
     m, k = elements.slots.shape
     size = k + 2 * elements.n_translations
     force, stiffness = np.empty((m, k, 3)), np.empty((m, size, size))

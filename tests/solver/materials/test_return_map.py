@@ -19,7 +19,7 @@ from solver import (
 from solver.materials.isotropic import CurveData
 from solver.materials.law import NO_TANGENT
 from solver.materials.rate import NO_RATE
-from solver.materials.return_map import update_general
+from solver.materials.update import update_points
 from solver.materials.yield_locus import gradients
 from tests.solver.materials.paths import green, metric_of, tangent_errors
 
@@ -148,9 +148,9 @@ def test_both_return_maps_agree_where_both_apply(scale):
     old, scalar, general = (material.new_state(n) for _ in range(3))
     material.update(green(y), old, scalar)
     g, locus, law = general, material.locus.data(), CurveData(material.law.table)
-    update_general(
-        green(y), old.plastic, old.equivalent, old.history, locus, law, NO_RATE, material.elastic,
-        g.second_stress, g.tangent, g.strain, g.plastic, g.equivalent, g.history, g.stress, g.thickness_strain,
+    update_points(
+        locus, law, NO_RATE, material.elastic, green(y), old.plastic, old.equivalent, old.history, g.second_stress,
+        g.tangent, g.strain, g.plastic, g.equivalent, g.history, g.stress, g.thickness_strain,
     )  # fmt: skip
     assert g.second_stress == pytest.approx(scalar.second_stress, rel=1e-9, abs=1e-7)
     assert g.tangent == pytest.approx(scalar.tangent, rel=1e-7, abs=1e-2)
