@@ -10,8 +10,9 @@ from ..elements.vectors import dot
 from ..kernels import FUSED, INNER
 from ..lanes import BLOCK, n_blocks, put, vector
 from ..materials.block import E33, HP, METRIC, ROOM, SECOND
+from ..prefetch import fetch
 from .block_nodes import add, hand_over
-from .held import answer, keep, remember, work_of
+from .held import FIELDS, answer, keep, remember, work_of
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -22,11 +23,19 @@ def membrane_pass(
 ):  # fmt: skip
     """Fills force, thickness (m,), ratio and sums (blocks,): see `shell_pass`."""
     n_tris, u, cells, gradients = len(cells), u.reshape(-1), cells.reshape(-1), gradients.reshape(-1)
-    normal = normal.reshape(-1)
+    normal, memory, local = normal.reshape(-1), held.reshape(-1), nodes.local.reshape(-1)
     for block in prange(n_blocks(n_tris)):
         a, w, work, now = BLOCK * block, np.empty(ROOM), np.zeros(BLOCK), np.empty((BLOCK, past.shape[3]))
         forces = np.empty(9 * BLOCK)
         n = min(BLOCK, n_tris - a)
+        # What the blocks after this one begin with.
+        fetch(memory, (block + 2) * FIELDS * BLOCK, FIELDS * BLOCK)
+        fetch(cells, 3 * (a + 2 * BLOCK), 3 * BLOCK)
+        fetch(gradients, 6 * (a + 2 * BLOCK), 6 * BLOCK)
+        fetch(normal, 3 * (a + 2 * BLOCK), 3 * BLOCK)
+        fetch(local, 3 * (a + 2 * BLOCK), 3 * BLOCK)
+        fetch(thickness, a + 2 * BLOCK, BLOCK)
+        fetch(volume, a + 2 * BLOCK, BLOCK)
         block_metrics(n, a, u, cells, gradients, w)
         answer(shape, hardening, rate, elastic, flows, n, held[block, 0], past[block, 0], now, w)
         work_of(n, elastic, held[block, 0], w, 1.0, work)

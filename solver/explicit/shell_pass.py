@@ -48,7 +48,8 @@ def shell_pass(
     """
     n_tris, n_layers, u = area.shape[0], height.shape[0], u.reshape(-1)
     metric0, kappa0, form0, inverse = metric0.reshape(-1), kappa0.reshape(-1), form0.reshape(-1), inverse.reshape(-1)
-    memory, sides = held.reshape(-1), blocks.sides.reshape(-1)
+    memory, sides, part = held.reshape(-1), blocks.sides.reshape(-1), 3 * SIDE // n_layers + 1
+    rows_of_force, local = force.reshape(-1), nodes.local.reshape(-1)
     for block in prange(blocks.sides.shape[0]):
         a, w, across, own = BLOCK * block, np.empty(ROOM_OF_PASS), np.empty(3 * ACROSS), np.empty(3 * nodes.most + 3)
         points, now = np.empty(ROOM_OF_POINTS), np.empty((BLOCK, past.shape[3]))
@@ -62,10 +63,16 @@ def shell_pass(
             block_flat_fibres(n, inverse[a3:], w)
         clear(12, w, Z0)
         # What the next block begins with.
-        fetch(sides, (block + 1) * 3 * SIDE, 3 * SIDE)
         fetch(inverse, a3 + 3 * BLOCK, 3 * BLOCK)
+        fetch(area, a + BLOCK, BLOCK)
+        fetch(stretch, a + BLOCK, BLOCK)
+        fetch(thickness, a + BLOCK, BLOCK)
+        fetch(rows_of_force, 3 * nodes.first[block + 1], 3 * nodes.most)
+        fetch(local, 9 * (a + BLOCK), 9 * BLOCK)
         for layer in range(n_layers):
-            fetch(memory, (block * n_layers + layer + 1) * FIELDS * BLOCK, FIELDS * BLOCK)
+            # What comes two layers on, and a part of the next block's constants.
+            fetch(memory, (block * n_layers + layer + 2) * FIELDS * BLOCK, FIELDS * BLOCK)
+            fetch(sides, (block + 1) * 3 * SIDE + layer * part, part)
             block_layer(n, height[layer], stretch[a:], w, points)
             answer(shape, hardening, rate, elastic, flows, n, held[block, layer], past[block, layer], now, points)
             add_layer(n, weight[layer], height[layer], stretch[a:], initial, points, w)
