@@ -4,11 +4,11 @@ import pytest
 
 import solver
 from plugins import bench_explicit
-from plugins.bench_explicit import HEADER, YARDSTICK, line_of, rows, time_sheet
+from plugins.bench_explicit import HEADER, YARDSTICK, line_of, rows, time_sheets
 
 
 def test_a_row_is_of_a_flowing_sheet_and_consistent():
-    row = time_sheet("membrane", solver.Membrane(), 2000, 1)
+    (row,) = time_sheets("membrane", solver.Membrane(), [2000], 1)
     assert row["triangles"] == pytest.approx(2000, rel=0.1)
     assert row["flowing"] > 0.5
     assert row["ns"] * row["updates_per_s"] == pytest.approx(1e9)
