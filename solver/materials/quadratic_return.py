@@ -31,8 +31,7 @@ from .rate import rate_factor
 X, Q = BLOCK * SHARED, BLOCK * (SHARED + 3)
 DG, SY, SLOPE, MU, OPEN, Y, PLACE, ROW, A0, A1, A2, A3 = (BLOCK * i for i in range(SHARED + 6, SHARED + OWN))
 N_SWEEPS = 8
-YIELDS, EXACT = 1e-12, 1e-13  # of the yield stress
-NEARLY, CLOSE = 5e-6, 1e-8  # from where the next step is the last; and where the slope is wanted too, or with a rate
+YIELDS, NEARLY, EXACT = 1e-12, 5e-6, 1e-13  # of the yield stress; from NEARLY the next step of a sweep is the last
 BEND = 0.5  # of a step, at most, by the curvature: far from the solution it tells little
 
 
@@ -95,7 +94,7 @@ def excess(q1, q2, q3, dg, sy, rise, run, k):
 
 
 @njit(**FUSED, error_model="numpy")
-def sweep_block(w, n, k, table, enough):
+def sweep_block(w, n, k, table):
     """Fills DG, SY and SLOPE of the points of a block whose equation Newton solves. Returns how many it does not,
     which OPEN marks."""
     left = n
@@ -124,7 +123,7 @@ def sweep_block(w, n, k, table, enough):
             w[DG + p] = dg + step if moves else dg
             w[SY + p] = sy + slope * step if moves else w[SY + p]
             w[SLOPE + p] = slope if moves else w[SLOPE + p]
-            open_ = 0.0 if elastic | (abs(f) <= enough * sy) else open_
+            open_ = 0.0 if elastic | (abs(f) <= NEARLY * sy) else open_
             w[OPEN + p] = open_
             left += 1 if open_ > 0.0 else 0
         if left == 0:
@@ -165,10 +164,6 @@ def plastic_increment(q1, q2, q3, ep, k, table, rate):
         ahead = dg + step
         if not low < ahead < high:
             ahead = 0.5 * (low + high)
-        elif abs(f) <= CLOSE * sy:  # converges quadratically: the next would find nothing left
-            sy += slope * step
-            dg = ahead
-            break
         if ahead == dg:
             break
         dg = ahead
@@ -231,11 +226,15 @@ def stiffen_block(w, n, k):
 def respond_quadratic(k, curve, rate, elastic, n, w, past, now, stiffened):
     """See `update.respond`. The law has no history of its own."""
     begin_block(w, n, k)
-    if rate.inverse_dt > 0.0 or sweep_block(w, n, k, curve.table, CLOSE if stiffened else NEARLY) > 0:
+    if rate.inverse_dt > 0.0 or sweep_block(w, n, k, curve.table) > 0:
         for p in range(n):
             if w[OPEN + p] > 0.0:
                 q1, q2, q3 = vector(w, Q, p)
                 w[DG + p], w[SY + p], w[SLOPE + p] = plastic_increment(q1, q2, q3, w[EP + p], k, curve.table, rate)
     end_block(w, n, k)
     if stiffened:
+        if rate.inverse_dt == 0.0:
+            # The last step ended beyond where the slope was taken.
+            for p in range(n):
+                _, w[SLOPE + p] = yield_stress(w[EP + p], curve.table)
         stiffen_block(w, n, k)
