@@ -87,7 +87,9 @@ class Equilibrium:
         for run in self.beads:
             run.begin(old.sheet.x)
         self.uplifts = uplifts(self.beads, old.sheet.x)
-        self.follow_tools(old, new)
+        # A sheet that stands still is left where it is: its first correction, elastic, says which way it gives.
+        if np.any(new.sheet.u != old.sheet.u):
+            self.follow_tools(old, new)
         self.sheet.elements.begin(old.sheet, self.sheet.blank.material, self.method)
 
     def pressing(self, run, fraction):
