@@ -118,7 +118,8 @@ class Recorder:
         return fld_margin(self.scene.blank.forming_limit, major, minor)
 
     def contact_fields(self, k, state):
-        """Displacement, and contact summed over the stage's tools; gaps are projected afresh for every node."""
+        """Displacement, and contact with the stage's tools: the largest pressure (a sheet between two bears one from
+        both sides) and the sum of friction; gaps are projected afresh for every node."""
         x = state.sheet.x
         n = len(x)
         half = 0.5 * self.sheet.nodal_thickness(state.sheet.thickness_strain)
@@ -136,7 +137,7 @@ class Recorder:
             closer = distance < gap
             gap[closer] = distance[closer]
             nearest[closer] = list(self.scene.tools).index(tool.name)
-            pressure += sum(foot.normal_force for foot in contact.feet) / area
+            pressure = np.maximum(pressure, sum(foot.normal_force for foot in contact.feet) / area)
             traction += sum(foot.friction_force for foot in contact.feet) / area[:, None]
         self.budget.add(hits)
         return {

@@ -17,8 +17,8 @@ class Frame:
 
     stroke : mm, travel of the leading tool over all stages so far (fraction of the stage where none travels)
     points : (n, 3) current mid-surface nodes [mm]
-    point_fields : displacement (n, 3) mm, contact_gap (n,) mm, contact_pressure (n,) MPa,
-        friction_traction (n, 3) MPa, contact_tool (n,) index of the nearest tool or -1
+    point_fields : displacement (n, 3) mm, contact_gap (n,) mm, contact_pressure (n,) MPa of the
+        tool that presses most, friction_traction (n, 3) MPa of all tools, contact_tool (n,) index of the nearest or -1
     cell_fields : thickness (m,) mm, thinning (m,) 1, strain_major (m,), strain_minor (m,) log strains,
         fld_margin (m,) of a blank with a forming limit: 1 unstrained, 0 on the curve, negative beyond it,
         plastic_strain (m,) equivalent, stress (m, 6) Cauchy xx yy zz xy yz xz MPa; of a shell the middle layer, and
