@@ -29,7 +29,8 @@ from cadlink.track import ANSWER, answer_on_patch, form_of, settle, track_edge, 
 # number of the surface; on a skin with curved patches then a foot and its osculating paraboloid.
 ITEM, A, B, PLACE, REACH, STAMP, COLUMNS = 0, 1, 2, 3, 6, 7, 8
 WITH_MODEL = COLUMNS + REMEMBERED
-CHUNK = 64  # points that share one scratch space
+CHUNK = 64  # points at least that share one scratch space
+CHUNKS = 64  # scratch spaces at most, but for the last: one costs as much as 50 tracked points
 
 
 class Hints(NamedTuple):
@@ -266,10 +267,11 @@ def project_points(
     seed, new_seed : (n, columns), may be the same array
     """
     n = len(rows)
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
+    size = max(CHUNK, n // CHUNKS)
+    for chunk in prange((n + size - 1) // size):
+        start, stop = chunk * size, min(n, (chunk + 1) * size)
         scratch = np.zeros(WORK), np.zeros((2, 6, 3)), np.zeros(ANSWER)
-        left = np.zeros(CHUNK, np.int64)
+        left = np.zeros(size, np.int64)
         n_left = track_chunk(
             skin, hints, stamp, rows, start, stop, scratch, left, points, seed,
             distance, point, normal, curvature, direction, face, new_seed,
