@@ -10,6 +10,7 @@ import io
 import pickle
 import sys
 from collections import Counter
+from functools import lru_cache
 
 import numpy as np
 from OCP.BinTools import BinTools, BinTools_FormatVersion
@@ -43,7 +44,7 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from cadlink.curves import STATIONS, edge_curve, trace_of, xyz
+from cadlink.curves import STATIONS, crossed, edge_curve, points_along, trace_of, xyz
 from cadlink.display import tessellate
 from cadlink.errors import CadError
 from cadlink.faces import KINDS, FaceProbe, face_record
@@ -91,6 +92,7 @@ def part_record(shape, recognize=True):
     points, cells = tessellate(shape, faces, diagonal)
     solid = shape.ShapeType() == TopAbs_SOLID
     kinds = [KINDS[FaceProbe(f).adaptor.GetType()] for f in faces]
+    areas = [area_of(face) for face in faces]
     divided, parent_face = divide_creases(shape, faces)
     return {
         "solid": solid,
@@ -100,9 +102,9 @@ def part_record(shape, recognize=True):
         "kind_of_face": kinds,
         "points": points,
         "cells": cells,
-        "planes": plane_records(faces, kinds),
+        "planes": plane_records(faces, kinds, areas),
         "skin": skin_record(divided, parent_face, recognize),
-        "face_widths": [width_of(face) for face in faces],
+        "face_widths": [width_of(face, area) for face, area in zip(faces, areas, strict=True)],
         "flipped": flipped,
     }
 
@@ -148,25 +150,28 @@ def outward(shape):
     return shape, False
 
 
-def width_of(face):
+def area_of(face):
+    """Area and centroid of a face."""
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, properties)
+    return properties
+
+
+def width_of(face, area):
     """Mean width of a face [mm]: twice its area over its boundary; that of a long strip is its width."""
-    area, boundary = GProp_GProps(), GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, area)
+    boundary = GProp_GProps()
     BRepGProp.LinearProperties_s(face, boundary)
     return 2.0 * abs(area.Mass()) / boundary.Mass() if boundary.Mass() > 0.0 else np.inf
 
 
-def plane_records(faces, kinds):
+def plane_records(faces, kinds, areas):
     """Planar faces: (centroid (3,), outward normal (3,), area, face index)."""
     found = []
     for i, (face, kind) in enumerate(zip(faces, kinds, strict=True)):
         if kind != "plane":
             continue
-        properties = GProp_GProps()
-        BRepGProp.SurfaceProperties_s(face, properties)
-        probe = FaceProbe(face)
-        normal = probe.normal((0.0, 0.0))
-        found.append((xyz(properties.CentreOfMass()), normal, properties.Mass(), i))
+        normal = FaceProbe(face).normal((0.0, 0.0))
+        found.append((xyz(areas[i].CentreOfMass()), normal, areas[i].Mass(), i))
     return found
 
 
@@ -324,14 +329,12 @@ def edge_gap(edge, curve, sides, probes):
     """Largest distance found between an edge and its traces on the faces, at 33 stations [mm]."""
     if curve is None:
         return 0.0
-    adaptor = BRepAdaptor_Curve(edge)
-    stations = np.linspace(curve.first, curve.last, STATIONS)
-    points = np.array([xyz(adaptor.Value(t)) for t in stations])
+    points = points_along(edge, curve, np.linspace(curve.first, curve.last, STATIONS))
     gap = 0.0
     for face, samples in sides:
         if len(samples) == 2:
             samples = evenly(samples, STATIONS)
-        miss = points - np.array([probes[face].point(uv) for uv in samples])
+        miss = points - probes[face].points(samples)
         gap = max(gap, float(np.linalg.norm(miss, axis=1).max()))
     return gap
 
@@ -340,17 +343,23 @@ def edge_turn(sides, probes):
     """Largest angle between the normals of the two faces at an edge, at nine stations [rad]; nan without two faces."""
     if len(sides) != 2:
         return np.nan
-    n, m = (np.array([probes[face].normal(uv) for uv in evenly(samples, 9)]) for face, samples in sides)
-    turn = np.arctan2(np.linalg.norm(np.cross(n, m), axis=1), np.einsum("kc,kc->k", n, m))
+    n, m = (probes[face].normals(evenly(samples, 9)) for face, samples in sides)
+    turn = np.arctan2(np.linalg.norm(crossed(n, m), axis=1), np.einsum("kc,kc->k", n, m))
     return float(turn[n.any(axis=1) & m.any(axis=1)].max(initial=0.0))
 
 
 def evenly(samples, n):
     """n points (u, v) along samples, from the first to the last."""
-    x = np.linspace(0.0, len(samples) - 1.0, n)
-    k = np.minimum(len(samples) - 2, x.astype(int))
-    part = (x - k)[:, None]
+    k, part = between(len(samples), n)
     return (1.0 - part) * samples[k] + part * samples[k + 1]
+
+
+@lru_cache(maxsize=64)
+def between(given, n):
+    """Of n places evenly along so many samples: the sample before each (n,), and the part of the way on (n, 1)."""
+    x = np.linspace(0.0, given - 1.0, n)
+    k = np.minimum(given - 2, x.astype(int))
+    return k, (x - k)[:, None]
 
 
 def vertex_gaps(edges, curves, gaps, vertices, vertex_ids):
@@ -399,13 +408,13 @@ def corner_normal(probe, at, uv_in, uv_out, uv):
     natural = probe.sense * probe.normal(uv)
     if natural.any():
         a, b = probe.point(uv_out) - at, probe.point(uv_in) - at
-        angle = np.arctan2(natural @ np.cross(a, b), a @ b) % (2.0 * np.pi)
+        angle = np.arctan2(natural @ crossed(a, b), a @ b) % (2.0 * np.pi)
         return probe.sense * angle * natural, angle
     # A pole or an apex: follow the face round it, from one wire direction to the other.
     path = [uv_out + s * (uv_in - uv_out) for s in np.linspace(0.0, 1.0, 33)]
-    rays = np.array([probe.point(q) - at for q in path])
+    rays = probe.points(path) - at
     rays /= np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
-    normals = np.array([probe.normal(q) for q in path])
+    normals = probe.normals(path)
     steps = np.linalg.norm(np.diff(rays, axis=0), axis=1)
     return (0.5 * (normals[1:] + normals[:-1]) * steps[:, None]).sum(axis=0), steps.sum()
 

@@ -25,10 +25,11 @@ FORKS = sys.platform.startswith("linux")
 FORKER = "cadlink.forks"
 
 
-def run_module(module, arguments, timeout, doing):
+def run_module(module, arguments, timeout, doing, keep=None):
     """What main(*arguments, out) of a module pickles to out, or {"error": line} if it crashed or hung.
 
     arguments : list of str; timeout : s; doing : what it was doing, for the line
+    keep : called with the pickle of a result without error, which so need not be made again
     """
     with tempfile.TemporaryDirectory(prefix="cadlink-") as folder:
         out, errors = os.path.join(folder, "result.pickle"), os.path.join(folder, "errors")
@@ -40,8 +41,11 @@ def run_module(module, arguments, timeout, doing):
             lines = Path(errors).read_text("utf-8", "replace").strip().splitlines() if os.path.exists(errors) else []
             why = f"signal {-code}" if code < 0 else (lines or ["no reason"])[-1]
             return {"error": f"OpenCASCADE crashed while {doing} ({why})"}
-        with open(out, "rb") as stream:
-            return pickle.load(stream)
+        data = Path(out).read_bytes()
+        result = pickle.loads(data)
+        if keep is not None and "error" not in result:
+            keep(data)
+        return result
 
 
 def command_and_environment(module):

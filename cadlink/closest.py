@@ -20,7 +20,8 @@ from cadlink.items import try_item
 from cadlink.kernels import INNER, POINT
 from cadlink.nurbs import WORK
 from cadlink.osculating import CALM, LABEL, REMEMBERED, recall, remember
-from cadlink.quick import AGAIN, PENDING, WAITING, quick_search, room_inside, surely_in
+from cadlink.power import CONVERGED
+from cadlink.quick import AGAIN, PENDING, SKIN, WAITING, quick_search, room_inside, surely_in
 from cadlink.skin import ON_FACE, ON_LEAF
 from cadlink.track import ANSWER, answer_on_patch, form_of, settle, track_edge, track_face, track_leaf, write
 
@@ -28,15 +29,17 @@ from cadlink.track import ANSWER, answer_on_patch, form_of, settle, track_edge, 
 # number of the surface; on a skin with curved patches then a foot and its osculating paraboloid.
 ITEM, A, B, PLACE, REACH, STAMP, COLUMNS = 0, 1, 2, 3, 6, 7, 8
 WITH_MODEL = COLUMNS + REMEMBERED
-CHUNK = 64  # points that share one scratch space
+CHUNK = 64  # points at least that share one scratch space
+CHUNKS = 64  # scratch spaces at most, but for the last: one costs as much as 50 tracked points
 
 
 class Hints(NamedTuple):
-    """Where a search without a seed begins: the item near each cell of a grid from `low`."""
+    """What a search found at the middle of each cell of a grid from `low`: where one without a seed begins, and ends if
+    the point lies in its reach."""
 
     low: np.ndarray
     per_mm: np.ndarray
-    item: np.ndarray
+    seed: np.ndarray  # (nx, ny, nz, 4) item, a, b, reach
 
 
 @njit(**INNER)
@@ -99,11 +102,12 @@ def careful_search(skin, p, hint, hint_a, hint_b, entries, bounds, work, out):
 
 @njit(forceinline=True, **POINT)
 def hint_at(p, low, per_mm, grid):
-    """The item of the cell of a point, or of the nearest cell."""
+    """Item, a, b, reach and middle of the cell of a point, or of the nearest cell."""
     i = min(grid.shape[0] - 1, max(0, int((p[0] - low[0]) * per_mm[0])))
     j = min(grid.shape[1] - 1, max(0, int((p[1] - low[1]) * per_mm[1])))
     k = min(grid.shape[2] - 1, max(0, int((p[2] - low[2]) * per_mm[2])))
-    return grid[i, j, k]
+    at = (low[0] + (i + 0.5) / per_mm[0], low[1] + (j + 0.5) / per_mm[1], low[2] + (k + 0.5) / per_mm[2])
+    return int(grid[i, j, k, 0]), grid[i, j, k, 1], grid[i, j, k, 2], grid[i, j, k, 3], at
 
 
 @njit(forceinline=True, **POINT)
@@ -150,52 +154,57 @@ def track_chunk(
     work, found, out = scratch
     items, faces, rims, leaves, patches = skin.items, skin.faces, skin.rims, skin.leaves, skin.patches
     rasters, pieces, ctrl, power = skin.rasters, skin.pieces, skin.ctrl, skin.power
-    low, per_mm, grid = hints.low, hints.per_mm, hints.item
+    low, per_mm, grid = hints.low, hints.per_mm, hints.seed
     tracked, modelled = found[0], seed.shape[1] == WITH_MODEL
     n_left = 0
     for row in range(start, stop):
         i = rows[row]
         p = (points[i, 0], points[i, 1], points[i, 2])
-        item, a, b = -1, -1.0, -1.0
-        if seed[i, STAMP] == stamp:
+        own = seed[i, STAMP] == stamp
+        if own:
             item, a, b, reach = int(seed[i, ITEM]), seed[i, A], seed[i, B], seed[i, REACH]
-            at = (seed[i, PLACE], seed[i, PLACE + 1], seed[i, PLACE + 2])
-            x, y, z = p[0] - at[0], p[1] - at[1], p[2] - at[2]
-            moved = x * x + y * y + z * z
-            if moved < reach * reach:
-                if modelled and seed[i, COLUMNS + CALM] > 0.0:
-                    served, d, q, m, k1, k2, e, ds, dt = recall(seed, i, COLUMNS, p)
-                    if served:
-                        label = int(seed[i, COLUMNS + LABEL])
-                        put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
-                        for c in range(WITH_MODEL):
-                            new_seed[i, c] = seed[i, c]
-                        continue
-                    # Else its shift is where Newton starts.
-                    a, b = min(1.0, max(0.0, a + ds)), min(1.0, max(0.0, b + dt))
-                kind, ref, label, fresh, step = items[item].kind, items[item].ref, -1, -1, 0.0
-                if kind == ON_FACE:
-                    sure = a > 0.0 and moved < a * a
-                    d, q, m, k1, k2, e, label = track_face(faces[ref], rims[ref], rasters, pieces, ctrl, p, sure, work)
-                else:
-                    if kind == ON_LEAF:
-                        leaf = leaves[ref]
-                        patch = patches[leaf.patch]
-                        face1, rim, fresh = faces[patch.face], rims[patch.face], ref
-                        a, b, label, step = track_leaf(
-                            leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, tracked, work, out
-                        )
-                    else:
-                        a, b, label = track_edge(skin, item, a, b, p, work, out)
-                    d, q, m, k1, k2, e = taken(out)
-                if label >= 0:
-                    put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
-                    put_seed(new_seed, i, item, a, b, at, reach, stamp)
-                    if modelled:
-                        put_model(new_seed, i, leaves, patches, power, fresh, a, b, step, label, tracked, out)
-                    continue
+            at, room = (seed[i, PLACE], seed[i, PLACE + 1], seed[i, PLACE + 2]), reach
         else:
-            item = hint_at(p, low, per_mm, grid)
+            item, a, b, reach, at = hint_at(p, low, per_mm, grid)
+            # So much of it must be left as a search looks for.
+            room = max(0.0, reach - SKIN)
+        x, y, z = p[0] - at[0], p[1] - at[1], p[2] - at[2]
+        moved = x * x + y * y + z * z
+        if moved < room * room:
+            if own and modelled and seed[i, COLUMNS + CALM] > 0.0:
+                served, d, q, m, k1, k2, e, ds, dt = recall(seed, i, COLUMNS, p)
+                if served:
+                    label = int(seed[i, COLUMNS + LABEL])
+                    put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
+                    for c in range(WITH_MODEL):
+                        new_seed[i, c] = seed[i, c]
+                    continue
+                # Else its shift is where Newton starts.
+                a, b = min(1.0, max(0.0, a + ds)), min(1.0, max(0.0, b + dt))
+            kind, ref, label, fresh, step = items[item].kind, items[item].ref, -1, -1, 0.0
+            if kind == ON_FACE:
+                sure = a > 0.0 and moved < a * a
+                d, q, m, k1, k2, e, label = track_face(faces[ref], rims[ref], rasters, pieces, ctrl, p, sure, work)
+            else:
+                if kind == ON_LEAF:
+                    leaf = leaves[ref]
+                    patch = patches[leaf.patch]
+                    face1, rim, fresh = faces[patch.face], rims[patch.face], ref
+                    tiny = 1.0 if own else CONVERGED
+                    a, b, label, step = track_leaf(
+                        leaf, patch, face1, rim, rasters, pieces, ctrl, power, p, a, b, tiny, tracked, work, out
+                    )
+                else:
+                    a, b, label = track_edge(skin, item, a, b, p, work, out)
+                d, q, m, k1, k2, e = taken(out)
+            if label >= 0:
+                put(i, d, q, m, k1, k2, e, label, distance, point, normal, curvature, direction, face)
+                put_seed(new_seed, i, item, a, b, at, reach, stamp)
+                if modelled:
+                    put_model(new_seed, i, leaves, patches, power, fresh, a, b, step, label, tracked, out)
+                continue
+        if not own:
+            a, b = -1.0, -1.0
         new_seed[i, ITEM], new_seed[i, A], new_seed[i, B] = item, a, b
         left[n_left] = i
         n_left += 1
@@ -258,10 +267,11 @@ def project_points(
     seed, new_seed : (n, columns), may be the same array
     """
     n = len(rows)
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        start, stop = chunk * CHUNK, min(n, (chunk + 1) * CHUNK)
+    size = max(CHUNK, n // CHUNKS)
+    for chunk in prange((n + size - 1) // size):
+        start, stop = chunk * size, min(n, (chunk + 1) * size)
         scratch = np.zeros(WORK), np.zeros((2, 6, 3)), np.zeros(ANSWER)
-        left = np.zeros(CHUNK, np.int64)
+        left = np.zeros(size, np.int64)
         n_left = track_chunk(
             skin, hints, stamp, rows, start, stop, scratch, left, points, seed,
             distance, point, normal, curvature, direction, face, new_seed,

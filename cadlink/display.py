@@ -28,7 +28,9 @@ def triangles_of(faces):
         if mesh is None:
             continue
         move = at.Transformation()
-        nodes = (mesh.Node(i).Transformed(move) for i in range(1, mesh.NbNodes() + 1))
+        nodes = (mesh.Node(i) for i in range(1, mesh.NbNodes() + 1))
+        if not at.IsIdentity():
+            nodes = (q.Transformed(move) for q in nodes)
         p = np.array([(q.X(), q.Y(), q.Z()) for q in nodes])
         c = np.array([mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)])
         c = c.reshape(-1, 3) - 1 + count

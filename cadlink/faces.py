@@ -21,7 +21,7 @@ from OCP.TopAbs import TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopoDS import TopoDS
 
 from cadlink.bezier import LINEAR, Arc, arcs_of_ellipse, bernstein, fit_patch, span_matrices
-from cadlink.curves import arcs_of, flat_knots, xyz
+from cadlink.curves import arcs_of, crossed, flat_knots, xyz
 from cadlink.records import CONE, CYLINDER, PATCHES, PLANE, SPHERE, TORUS, FaceRecord
 
 KINDS = {
@@ -42,9 +42,13 @@ MOST_PATCHES = 4096  # of a surface that is fitted
 
 
 class FaceProbe:
-    """Points and normals of one face, asked of OpenCASCADE while reading."""
+    """Points and normals of one face, asked of OpenCASCADE while reading; many at once by formula where there is one.
+
+    record : FaceRecord of a closed form, None before face_record and for patches
+    """
 
     def __init__(self, face):
+        self.record = None
         self.face = TopoDS.Face_s(face.Oriented(TopAbs_FORWARD))
         self.sense = -1.0 if face.Orientation() == TopAbs_REVERSED else 1.0
         self.adaptor = BRepAdaptor_Surface(self.face, False)
@@ -61,6 +65,18 @@ class FaceProbe:
         if size <= 1e-12 * (self._u.Magnitude() + self._v.Magnitude()) ** 2:
             return np.zeros(3)
         return self.sense / size * xyz(n)
+
+    def points(self, uv):
+        """Points (n, 3) at parameters (n, 2)."""
+        if self.record is not None:
+            return points_on_form(self.record, uv)
+        return np.array([self.point(q) for q in uv])
+
+    def normals(self, uv):
+        """Normals (n, 3) at parameters (n, 2)."""
+        if self.record is not None:
+            return normals_on_form(self.record, uv)
+        return np.array([self.normal(q) for q in uv])
 
 
 def face_record(probe, box):
@@ -80,6 +96,7 @@ def face_record(probe, box):
             record.gap = misfit(record, adaptor)
     else:
         closed_form(record, adaptor)
+        probe.record = record
     return record
 
 
@@ -87,9 +104,9 @@ def closed_form(record, adaptor):
     shape = getattr(adaptor, record.kind.capitalize())()
     at = shape.Position()
     x, y, z = xyz(at.XDirection()), xyz(at.YDirection()), xyz(at.Direction())
-    right_handed = np.dot(np.cross(x, y), z) > 0.0
+    right_handed = crossed(x, y) @ z > 0.0
     if record.form == PLANE:
-        z = np.cross(x, y)
+        z = crossed(x, y)
     elif not right_handed:
         record.sense = -record.sense
     record.frame = np.array([xyz(at.Location()), x, y, z])
@@ -99,6 +116,42 @@ def closed_form(record, adaptor):
         record.size[:] = shape.RefRadius(), shape.SemiAngle()
     elif record.form == TORUS:
         record.size[:] = shape.MajorRadius(), shape.MinorRadius()
+
+
+def meridian(record, v):
+    """Radius and height at v of a closed form, and the radial and axial part of its normal."""
+    big, small = record.size
+    if record.form == CYLINDER:
+        return np.full_like(v, big), v, np.ones_like(v), np.zeros_like(v)
+    if record.form == CONE:
+        c, s = np.cos(small), np.sin(small)
+        return big + v * s, v * c, np.full_like(v, c), np.full_like(v, -s)
+    c, s = np.cos(v), np.sin(v)
+    if record.form == SPHERE:
+        return big * c, big * s, c, s
+    return big + small * c, small * s, c, s
+
+
+def points_on_form(record, uv):
+    """Points (n, 3) of a closed form at parameters (n, 2)."""
+    o, x, y, z = record.frame
+    u, v = np.asarray(uv).T[..., None]
+    if record.form == PLANE:
+        return o + u * x + v * y
+    radius, height, _, _ = meridian(record, v)
+    return o + radius * (np.cos(u) * x + np.sin(u) * y) + height * z
+
+
+def normals_on_form(record, uv):
+    """Unit normals (n, 3) out of the material there, zeros at a pole or an apex."""
+    _, x, y, z = record.frame
+    u, v = np.asarray(uv).T[..., None]
+    if record.form == PLANE:
+        return np.repeat(record.sense * z[None], len(u), axis=0)
+    radius, _, nr, nh = meridian(record, v)
+    # Beyond an apex, or on the inner sheet of a torus across its axis, they point the other way.
+    side = np.sign(radius) * (np.abs(radius) > 1e-9 * record.size[0])
+    return record.sense * side * (nr * (np.cos(u) * x + np.sin(u) * y) + nh * z)
 
 
 # --- patches -------------------------------------------------------------------------------------

@@ -49,16 +49,22 @@ def pieces_of_wire(traces, following):
     pieces = []
     for i, trace in enumerate(traces):
         arcs = trace.arcs
-        joints = [points(a.ctrl, [0.0])[0] for a in arcs]
-        joints.append(points(arcs[-1].ctrl, [1.0])[0])
+        joints = [end_of(a.ctrl, 0) for a in arcs]
+        joints.append(end_of(arcs[-1].ctrl, -1))
         for arc, start, end in zip(arcs, joints[:-1], joints[1:], strict=True):
             pieces += monotone_pieces(arc, start, end)
         tail = joints[0] if trace.reversed else joints[-1]
         after = traces[following[i]]
-        head = points(after.arcs[-1 if after.reversed else 0].ctrl, [float(after.reversed)])[0]
+        which = -1 if after.reversed else 0
+        head = end_of(after.arcs[which].ctrl, which)
         pieces.append(straight(tail, head))
     # Pieces along u cross no ray, but they tell where a boundary passes (leaves.py).
     return [p for p in pieces if p.ends[:2] != p.ends[2:]]
+
+
+def end_of(ctrl, which):
+    """Start (0) or end (-1) of an arc."""
+    return ctrl[which, :-1] / ctrl[which, -1]
 
 
 def straight(start, end):

@@ -61,13 +61,10 @@ def recall(key):
         return None
 
 
-def keep(key, result):
-    """Keep a result; where nothing can be written, do without."""
+def keep(key, data):
+    """Keep the pickle of a result; where nothing can be written, do without."""
     home = folder()
-    if home is None or key is None:
-        return
-    data = pickle.dumps(result, protocol=5)
-    if len(data) > LARGEST:
+    if home is None or key is None or len(data) > LARGEST:
         return
     try:
         home.mkdir(parents=True, exist_ok=True, mode=0o700)

@@ -19,7 +19,7 @@ import numpy as np
 
 from cadlink.bezier import fit_curve, line_arc, points
 from cadlink.curves import STATIONS, Trace
-from cadlink.faces import inner_breaks
+from cadlink.faces import inner_breaks, normals_on_form, points_on_form
 from cadlink.records import CONE, CYLINDER, PLANE, SPHERE, TORUS, FaceRecord
 
 GAP = 1e-9  # of the extent of a face: 1e-7 mm for 100 mm
@@ -343,31 +343,15 @@ class FormProbe:
             piece.ctrl[:, :2] *= reach
         return fitted
 
+    def points(self, uv):
+        return points_on_form(self.record, uv)
+
+    def normals(self, uv):
+        return normals_on_form(self.record, uv)
+
     def point(self, uv):
-        radius, height, _, _ = self.meridian(uv[1])
-        o, x, y, z = self.record.frame
-        if self.record.form == PLANE:
-            return o + uv[0] * x + uv[1] * y
-        return o + radius * (np.cos(uv[0]) * x + np.sin(uv[0]) * y) + height * z
+        return self.points([uv])[0]
 
     def normal(self, uv):
         """Unit normal out of the material, or zeros at a pole or an apex."""
-        _, x, y, z = self.record.frame
-        if self.record.form == PLANE:
-            return self.record.sense * z
-        radius, _, nr, nh = self.meridian(uv[1])
-        if abs(radius) <= 1e-9 * self.record.size[0]:
-            return np.zeros(3)
-        return self.record.sense * (nr * (np.cos(uv[0]) * x + np.sin(uv[0]) * y) + nh * z)
-
-    def meridian(self, v):
-        """Radius and height at v, and the radial and axial part of the normal."""
-        big, small = self.record.size
-        if self.record.form == CYLINDER:
-            return big, v, 1.0, 0.0
-        c, s = (np.cos(small), np.sin(small)) if self.record.form == CONE else (np.cos(v), np.sin(v))
-        if self.record.form == CONE:
-            return big + v * s, v * c, c, -s
-        if self.record.form == SPHERE:
-            return big * c, big * s, c, s
-        return big + small * c, small * s, c, s
+        return self.normals([uv])[0]

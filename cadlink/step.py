@@ -6,7 +6,7 @@ CadError, and this process never loads it.
 
 import os
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -235,10 +235,9 @@ def read_step(path, timeout=TIMEOUT, *, sew=SEW):
     key = read_cache.key_of(path, sew)
     result = read_cache.recall(key)
     if result is None:
-        result = read_in_child(path, timeout, sew)
+        result = read_in_child(path, timeout, sew, partial(read_cache.keep, key))
         if "error" in result:
             raise CadError(f"{path}: {result['error']}")
-        read_cache.keep(key, result)
     unit = result["unit"]
     parts = [Part(name, color, record, unit, path) for name, color, record in result["parts"]]
     return Assembly(parts, unit, path)
@@ -262,10 +261,10 @@ def check_step(path):
         raise CadError(f"{path}: not a STEP file: starts with {start!r}, expected 'ISO-10303-21'")
 
 
-def read_in_child(path, timeout, sew=SEW):
-    """What the reading process returns, or {"error": line} if it crashed or hung."""
+def read_in_child(path, timeout, sew=SEW, keep=None):
+    """What the reading process returns, or {"error": line} if it crashed or hung; keep as for run_module."""
     begin_to_load()
     # Meanwhile this process loads numba, which the surface of a part needs.
     import cadlink.surface  # noqa: F401
 
-    return run_module(READER, [str(path.resolve()), repr(float(sew))], timeout, "reading it")
+    return run_module(READER, [str(path.resolve()), repr(float(sew))], timeout, "reading it", keep)

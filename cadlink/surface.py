@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from cadlink.closest import CHUNK, COLUMNS, WITH_MODEL, Hints, project_points
+from cadlink.closest import CHUNK, COLUMNS, ITEM, REACH, WITH_MODEL, A, B, Hints, project_points
 from cadlink.feet import further_feet
 from cadlink.follow import FEW, follow_few, follow_forms
 from cadlink.pick import pick_faces
@@ -115,18 +115,19 @@ def project(skin, hints, stamp, points, seed):
 
 
 def hint_grid(surface):
-    """The nearest item at the middle of each cell of a coarse grid round the skin: where searches begin.
+    """The seed of a search at the middle of each cell of a coarse grid round the skin: where searches begin.
 
     Those that fill it begin at a coarser one.
     """
     low, high = surface.skin.items["low"].min(axis=0), surface.skin.items["high"].max(axis=0)
     size = np.maximum(high - low, 1e-3 * (high - low).max())
-    hints = Hints(low, np.zeros(3), np.full((1, 1, 1), -1))
+    hints = Hints(low, np.zeros(3), np.full((1, 1, 1, 4), -1.0))
     for cells in (CELLS // 64, CELLS):
+        hints.seed[..., 3] = 0.0  # all middles are searched for
         counts = np.maximum(1, np.round(size * (cells / size.prod()) ** (1.0 / 3.0))).astype(int)
         per_mm = counts / size
         middles = [low[c] + (np.arange(counts[c]) + 0.5) / per_mm[c] for c in range(3)]
         points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 3)
         found = project(surface.skin, hints, surface.stamp, points, np.zeros((len(points), COLUMNS)))
-        hints = Hints(low, per_mm, found.seed[:, 0].astype(np.int64).reshape(counts))
+        hints = Hints(low, per_mm, found.seed[:, [ITEM, A, B, REACH]].reshape(*counts, 4))
     return hints

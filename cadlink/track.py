@@ -91,10 +91,13 @@ def still_on(leaf, s, t):
 
 
 @njit(forceinline=True, **POINT)
-def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, found, work, out):
-    """The same on a leaf, from its last foot, filled into out: s, t, face, last step of Newton [mm]."""
+def track_leaf(leaf, patch, face, rim, rasters, pieces, ctrl, power, p, s, t, tiny, found, work, out):
+    """The same on a leaf, from its last foot, filled into out: s, t, face, last step of Newton [mm].
+
+    tiny : of Leaf.tiny, first steps that the Taylor series ends (power.py)
+    """
     code, s1, t1, h, step = foot_in_box(
-        patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], 1.0, found
+        patch, power, p, s, t, 0.0, 1.0, 0.0, 1.0, leaf.tiny[0], leaf.tiny[1], tiny, found
     )
     label = -1
     if code == FOUND and still_on(leaf, s1, t1):

@@ -1,6 +1,7 @@
 """Jobs in a process of their own: crashes, hangs and ends of that process each give a line, and the next job runs."""
 
 import os
+import pickle
 import signal
 import time
 
@@ -20,8 +21,9 @@ def main(what, out):
     if what == "fail":
         raise ValueError("no such luck")
     print("lines of a job are no replies")
+    result = {"error": "no part"} if what == "error" else {"said": what, "parent": os.getppid()}
     with open(out, "wb") as stream:
-        pickle.dump({"said": what, "parent": os.getppid()}, stream)
+        pickle.dump(result, stream)
 
 if __name__ == "__main__":
     main(*sys.argv[1:])
@@ -63,6 +65,13 @@ def way(request, monkeypatch):
 
 def test_a_job_answers(jobs, way):
     assert run_module(jobs, ["hello"], 60.0, "trying")["said"] == "hello"
+
+
+def test_only_a_result_without_error_is_kept(jobs, way):
+    kept = []
+    for what in ("error", "crash", "hello"):
+        run_module(jobs, [what], 60.0, "trying", kept.append)
+    assert [pickle.loads(data)["said"] for data in kept] == ["hello"]
 
 
 @pytest.mark.parametrize(("what", "why"), [("crash", f"signal {int(signal.SIGSEGV)}"), ("fail", "no such luck")])

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from numba import njit
 
-from cadlink.closest import careful_search
+from cadlink.closest import PLACE, careful_search
 from cadlink.nurbs import WORK
 from cadlink.quick import WAITING
+from cadlink.surface import project
 from cadlink.track import ANSWER
 from tests.cadlink import shapes
 from tests.cadlink.occ_truth import part_of, points_around
@@ -54,3 +55,19 @@ def test_quick_and_tracked_answers_are_the_careful_ones(name):
         for found in (cold, hit):
             assert np.abs(np.abs(found.distance) - np.abs(careful)).max() < room
             assert (np.sign(found.distance) == np.sign(careful))[clear].all()
+
+
+@pytest.mark.parametrize("made", [shapes.punch, BODIES["punch"]], ids=["closed forms", "patches"])
+def test_a_cell_answers_for_points_in_its_reach_what_a_search_finds(made):
+    part = part_of(made(), "punch")
+    surface = part.surface()
+    points = points_around(surface, part.bounding_box, 20_000)
+    found = surface.project(points)
+    by_cell = (found.seed[:, PLACE : PLACE + 3] != points).any(axis=1)
+    assert by_cell.mean() > 0.1
+    blind = surface.hints._replace(seed=surface.hints.seed * [1.0, 1.0, 1.0, 0.0])
+    searched = project(surface.skin, blind, surface.stamp, points, np.zeros_like(found.seed))
+    assert (searched.seed[:, PLACE : PLACE + 3] == points).all()
+    assert np.abs(found.distance - searched.distance).max() < 1e-12
+    assert np.abs(found.point - searched.point).max() < 1e-9
+    assert np.abs(found.normal - searched.normal).max() < 1e-9
