@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contact.drawbead import build_beads, uplifts
-from ..contact.drive import load_on
+from ..contact.drive import load_on, to_tool
 from ..elements.assembly import gather_thickness
 from ..energy import NAMES
 from ..errors import StepFailed
@@ -38,6 +38,7 @@ AIMS = 3  # times that mass is added for a target step, which no triangle alone 
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
 CREEP = 1e-3  # change of the step from one to the next
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
+SLIGHT = 1e-3  # overlap at a stage's start, relative to the thickness, that contact takes away at once
 STOP = 0.05  # stiffness of a tool's stop or of a drawbead, relative to the mass it meets over the square of the step
 
 
@@ -139,6 +140,7 @@ class Dynamics:
             if tool.run.drive is not None and tool.run.drive.stiffness > 0.0
         }
         self.measure_areas()
+        self.overlap = self.measure_overlap()
         self.v, self.v_new, self.u_new = begun.rate.copy(), np.zeros(self.fixed.shape), np.zeros(self.fixed.shape)
         self.uplifts = {}
         self.sums = np.zeros((n_chunks(len(self.mass)), 3))
@@ -158,6 +160,7 @@ class Dynamics:
         and dampers carry over from step to step. look : time of the last one [s]"""
         pace = self.first_limit, self.limit, self.wave, self.shrunk, self.count - self.looked, look, self.stable.looks
         found = {"pace": np.array(pace), "density": self.density, "mode": self.stable.vector, "root": self.stable.root}
+        found["overlap"] = self.overlap
         for tool in self.tools:
             name = tool.run.tool.name
             found[f"bounce {name}"] = np.array([tool.reaction, tool.bounce, tool.bounce_before])
@@ -169,7 +172,7 @@ class Dynamics:
     def recall(self, memory):
         """Go on with what `memory` gave."""
         _, self.limit, self.wave, self.shrunk, since, _, looks = memory["pace"].tolist()
-        self.looked = -int(since)
+        self.looked, self.overlap = -int(since), memory["overlap"]
         self.stable.recall(memory["mode"], memory["root"], int(looks))
         for tool in self.tools:
             name = tool.run.tool.name
@@ -206,6 +209,16 @@ class Dynamics:
         for tool in self.tools:
             if tool.run.laws is not None:
                 tool.run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half
+
+    def measure_overlap(self):
+        """How deep nodes lie in tools they do not touch yet (n,) [mm], as those of a part that has sprung back: the
+        tools come home as the stage is prepared, for a node put back at once would be shot out."""
+        found = np.zeros(len(self.half))
+        for tool in self.tools:
+            place = to_tool(tool.run, tool.contact, self.state.sheet.x)
+            depth = self.half - tool.run.tool.surface.project(place).distance
+            found = np.where(tool.contact.touching, found, np.maximum(found, depth))
+        return np.where(found > SLIGHT * self.sheet.blank.thickness, found, 0.0)
 
     def fastest(self):
         """Least time in which a wave crosses a triangle now [s]."""
@@ -295,7 +308,8 @@ class Dynamics:
             sheet.u, self.v, self.mass, sheet.external, sheet.internal, self.fixed, self.movement, end - start, dt, dtm,
             self.damping, self.u_new, self.v_new,
         )  # fmt: skip
-        touch_tools(self.tools, sheet.u, self.v, self.half, dt, dtm, self.u_new, self.v_new, self.work)
+        half = self.half if time >= 0.0 or not self.overlap.any() else self.half - (1.0 - ready) * self.overlap
+        touch_tools(self.tools, sheet.u, self.v, half, dt, dtm, self.u_new, self.v_new, self.work)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -377,7 +391,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
     # Springback is over once what was in balance has faded; what relaxes is then brought to rest.
     end = 0.0 if stage.is_springback else 1.0
     relaxation = dynamics.relaxation
-    if place.fraction == -1.0 and not relieves and not presses:
+    if place.fraction == -1.0 and not (relieves or presses or dynamics.overlap.any()):
         place = place._replace(fraction=0.0, settles=end == 0.0)
     time = pacing.time(place.fraction)
     notes = dynamics.notes(pacing.time(end) - time)
