@@ -37,20 +37,33 @@ def lift_out(stage, points, half_thickness, held, touching=()):
         raise SceneError(f"{what}tool {sorted(touching)[0]!r} still holds the part, expected a springback stage before")
     if held[:, np.abs(forward) > 1e-6].any():
         raise SceneError(f"{what}the blank's supports hold the part along {arrow(forward)}, the way it would be lifted")
-    lift = max(height(tool, points, half_thickness, forward) for tool in caught)
-    way = lift * np.linspace(0.0, 1.0, 2 + int(min(lift / (STEP * thickness), 1e4))) if lift < np.inf else [np.inf]
-    for up in way:
-        for tool in fixed:
-            if up == np.inf or overlap_of(tool, points - up * forward, half_thickness) > overlap[tool.name] + thickness:
-                raise SceneError(
-                    f"{what}tool {(deepest if up == np.inf else tool).name!r} is in the way of lifting it along "
-                    f"{arrow(-forward)}, expected fixed tools on one side of it; let those on the other travel or press"
-                )
+    heights = {tool.name: height(tool, points, half_thickness, forward) for tool in caught}
+    lift = max(heights.values())
+    if lift < np.inf:
+        name = in_the_way(fixed, points, half_thickness, -lift * forward)
+    else:
+        name = max(heights, key=heights.get)
+    if name is not None:
+        raise SceneError(
+            f"{what}tool {name!r} is in the way of lifting it along {arrow(-forward)}, expected fixed tools on one "
+            "side of it; let those on the other travel or press"
+        )
     shift = -lift * forward
     return shift, (
         f"stage {stage.name!r}: the part overlapped {', '.join(tool.name for tool in caught)} by up to "
         f"{overlap[deepest.name]:.3g} mm and was lifted by {lift:.4g} mm along {arrow(-forward)}, to rest on it"
     )
+
+
+def in_the_way(fixed, points, half_thickness, shift):
+    """Name of a standing tool that a part would have to pass through when it is moved by `shift` (3,), or None."""
+    thickness = 2.0 * float(half_thickness.mean())
+    ways = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / (STEP * thickness)))
+    for tool in fixed:
+        deepest = max(overlap_of(tool, points + way * shift, half_thickness) for way in ways)
+        if deepest > overlap_of(tool, points, half_thickness) + thickness:
+            return tool.name
+    return None
 
 
 def way_in(stage, points, half_thickness):
