@@ -25,7 +25,9 @@ from .lay_in import lift_out
 from .motion import place_tools
 from .recording import Recorder
 from .results import Progress, Results
+from .scene import AXES
 from .sheet import build_sheet
+from .springback import fitted
 from .state import State, new_contact, new_sheet
 
 log = logging.getLogger("cadlink")
@@ -66,10 +68,13 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
             stops = np.linspace(0.0, 1.0, frames + 1)[1:]
             if begun.fraction == -1.0:
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
+            start = old.sheet.x.copy()
             for step in how.march(sheet, stage, tools, old, new, begun, stops):
                 energy.add(step.work)
                 results.notes += step.notes
                 old.copy_from(new)
+                if stage.is_springback and step.march.fraction == 1.0:
+                    old.sheet.x[:] = fit_back(sheet, old.sheet.x, start)
                 recorder.row(k, step, old, energy, results)
                 here = k, step.march
                 if step.march.fraction in stops and not step.march.settles:
@@ -140,6 +145,12 @@ def close_tools(sheet, stage, state, results):
             state.tools[name].rest[0] = travel
         log.info("tool %s starts at %.4f mm along its axis", name, travel)
     return placed
+
+
+def fit_back(sheet, x, before):
+    """A part after springback (n, 3), moved as a rigid body to where it fits best what it was before."""
+    planes = [AXES.index(axis) for axis in sheet.blank.symmetry_planes]
+    return fitted(x, before, sheet.area, sheet.held[: len(x)], planes, bool(sheet.blank.clamped))
 
 
 def tool_runs(scene, sheet, stage, method, placed, state):
