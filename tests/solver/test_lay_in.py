@@ -144,10 +144,12 @@ def test_what_cannot_be_lifted_is_told_with_its_stage_and_tool():
             lift_out(stage, WALL, HALF, supports, touching)
 
 
-@pytest.mark.slow
 def test_a_slight_overlap_is_no_blow_to_an_explicit_sheet():
-    # The clamped disc lies 0.05 mm deep in a plate: put back in one step its nodes would fly.
-    scene = punch_stretch(size=4.0, travel=2.0)
-    plate = Tool("PLATE", Plane((0.0, 0.0, -0.45)))
-    results = form(replace(scene, stages=[Stage([*scene.stages[0].tools, plate])]), Explicit(waves=6.0), frames=1)
-    assert abs(results.energy["contact"]) < 0.02 * results.energy["external"]
+    # A clamped disc lies 0.05 mm deep in a plate: 1e-4 of stretch at its rim, but put back in one step it would fly.
+    scene = punch_stretch(size=4.0)
+    stage = Stage([Tool("PLATE", Plane((0.0, 0.0, -0.45)))])
+    last = form(replace(scene, stages=[stage]), Explicit(waves=4.0), frames=1).frames[-1]
+    inside = np.linalg.norm(scene.blank.mesh.points, axis=1) < 15.0
+    # Nothing holds it down: it swings on.
+    assert last.points[inside, 2] == pytest.approx(0.055, abs=0.0051)
+    assert last.cell_fields["plastic_strain"].max() == 0.0
