@@ -91,13 +91,14 @@ def _place(tool, points, half_thickness, forward, travel):
     if tool.stands_still:
         _check_fixed(tool, points, half_thickness, forward, tolerance, thickness)
         return 0.0, 0.0
-    stays = travel is not None and tool.gap is None
-    here = points if travel is None else points - travel * tool.unit_axis
-    if stays and tool.to is not None:
-        start, press = float(travel), float(np.sign(tool.to - travel))
+    if travel is not None and tool.gap is None:
+        start = float(travel)
+        here = points - start * tool.unit_axis
+        press = press_of(tool, here, half_thickness) if tool.to is None else float(np.sign(tool.to - start))
     else:
+        here = points - (travel or 0.0) * tool.unit_axis
         press = press_of(tool, here, half_thickness)
-        start = float(travel) if stays else _closed(tool, points, half_thickness, press, tolerance, thickness)
+        start = _closed(tool, points, half_thickness, press, tolerance, thickness)
     if tool.to is not None and press * (tool.to - start) <= 0.0:
         raise SceneError(
             f"tool {tool.name!r} to: found {tool.to:g} mm, expected beyond {start:.4g} mm, where it touches the blank"

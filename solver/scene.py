@@ -236,7 +236,8 @@ class Stage:
     speed : mm/s of the leading tool, or without one of the group moved farthest, for laws that depend on speed
 
     Loads rise in proportion over the stage. What the stage before left unbalanced (its tools, loads and supports) is
-    relieved first, with this stage's tools at rest: a stage with nothing in it is springback.
+    relieved first, with this stage's tools at rest: a stage with nothing in it is springback. A formed part that cuts
+    into tools standing still is first lifted out of them along the stroke (lay_in.py).
     """
 
     tools: Sequence[Tool] = ()
