@@ -21,7 +21,8 @@ import numpy as np
 
 import solver
 from cadlink import Rectangle, mesh_blank
-from solver.explicit.march import Dynamics, start_march
+from solver.explicit.dynamics import Dynamics
+from solver.explicit.march import start_march
 from solver.sheet import build_sheet
 from solver.state import State, new_sheet
 
@@ -220,7 +221,7 @@ def stretch_rows(sizes=STRETCH_SIZES, problem="friction 0.17", travel=30.0, meth
 
 def cup_shares(size=2.5, travel=20.0, waves=4.0):
     """The square cup in steel, explicitly and fast, to a depth: steps, and the share of contact in their CPU time."""
-    from solver.explicit import march
+    from solver.explicit import dynamics
 
     scene = cup(size, travel)
     clock = SimpleNamespace(contact=0.0, step=0.0)
@@ -235,15 +236,15 @@ def cup_shares(size=2.5, travel=20.0, waves=4.0):
 
         return work
 
-    touch, step = march.touch_tools, Dynamics.step
+    touch, step = dynamics.touch_tools, Dynamics.step
     threads = numba.get_num_threads()
     try:
         numba.set_num_threads(1)
         solver.form(cup(size, 0.1), solver.Explicit(waves=0.1), frames=1)  # compiles
-        march.touch_tools, Dynamics.step = timed(touch, "contact"), timed(step, "step")
+        dynamics.touch_tools, Dynamics.step = timed(touch, "contact"), timed(step, "step")
         results = solver.form(scene, solver.Explicit(waves=waves), frames=1)
     finally:
-        march.touch_tools, Dynamics.step = touch, step
+        dynamics.touch_tools, Dynamics.step = touch, step
         numba.set_num_threads(threads)
     m, steps = len(scene.blank.mesh.cells), int(np.sum(results.history["iterations"]))
     return {

@@ -17,7 +17,7 @@ import numpy as np
 SIDE, STEPS = 10, 4  # squares along the sheet; steps until its points flow
 COUNTED = {
     "solver.explicit.sheet_pass": ("shell_pass", "membrane_pass", "gather_forces"),
-    "solver.explicit.march": ("predict", "account", "gather_thickness"),
+    "solver.explicit.dynamics": ("predict", "account", "gather_thickness"),
 }
 
 

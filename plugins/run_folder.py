@@ -6,6 +6,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -131,8 +132,8 @@ class ProgressLine:
     def __init__(self, console, scene):
         self.console, self.scene = console, scene
         total = sum(stage.stroke for stage in scene.stages)
-        travels = any(tool.travel is not None for stage in scene.stages for tool in stage.tools)
-        self.goal = f"{total:g} mm" if travels else f"{total:g} (load)"
+        travels = any(tool.travels for stage in scene.stages for tool in stage.tools)
+        self.goal = ("" if np.isinf(total) else f" of {total:g}") + (" mm" if travels else " (load)")
         self.printed = -1
         self.bar = Progress(
             TextColumn("{task.description}", markup=False),
@@ -164,7 +165,7 @@ class ProgressLine:
     def show(self, progress):
         """After each increment. progress : solver.Progress."""
         text = (
-            f"{progress.stroke:.2f} of {self.goal}, increment {progress.increment}, "
+            f"{progress.stroke:.2f}{self.goal}, increment {progress.increment}, "
             f"{progress.iterations} iterations, {progress.n_contacts} contact nodes"
         )
         if progress.n_cut_backs:

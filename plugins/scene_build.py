@@ -177,6 +177,7 @@ def build_tool(name, tool, surface, parts):
         friction=build_friction(name, tool, parts),
         axis=tool.axis or (0.0, 0.0, 1.0),
         travel=tool.travel,
+        to=tool.to,
         force=tool.force,
         gap=tool.gap,
         spring=solver.Spring(**tool.spring.model_dump()) if tool.spring else None,

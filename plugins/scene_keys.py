@@ -91,7 +91,7 @@ class Blank(Table):
 # Tools and stages
 
 Travel = Annotated[float, Quantity("a travel", "mm")]
-DUTIES = ("travel", "force", "gap", "spring")
+DUTIES = ("travel", "to", "force", "gap", "spring")
 BORNE = ("stop", "rides_on", "tilts", "at")  # what only a tool borne by a force or spring has
 
 
@@ -108,7 +108,7 @@ class Tool(Table):
     faces : only these faces of the part, by number, name or colour; offset : mm, clearance, out of the material;
     flip : the material is on the other side
     friction : a coefficient or a law, and others on some faces
-    spring, stop, rides_on, tilts, at : see solver.Tool
+    to, spring, stop, rides_on, tilts, at : see solver.Tool
     """
 
     part: Name | None = None
@@ -123,6 +123,7 @@ class Tool(Table):
     friction_faces: list[FaceFriction] | None = None
     axis: Direction | None = None
     travel: Travel | None = None
+    to: Length | None = None
     force: PositiveForce | None = None
     gap: PositiveLength | None = None
     spring: SpringKeys | None = None

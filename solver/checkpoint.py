@@ -22,7 +22,7 @@ def fingerprint(scene):
     blank = scene.blank
     digest.update(repr((blank.thickness, blank.material, blank.element, tuple(blank.rolling), blank.clamped)).encode())
     for stage in scene.stages:
-        duties = [(t.travel, t.force, t.gap, t.spring, t.stop, t.rides_on, t.tilts, t.at) for t in stage.tools]
+        duties = [(t.travel, t.to, t.force, t.gap, t.spring, t.stop, t.rides_on, t.tilts, t.at) for t in stage.tools]
         tools = [(t.name, t.friction, tuple(t.axis)) for t in stage.tools] + duties
         loads = (stage.pressure, dict(stage.forces), dict(stage.line_loads), dict(stage.moments))
         loads += (dict(stage.movements), stage.speed)

@@ -21,10 +21,13 @@ from .contact.search import Neighbourhood
 from .energy import Energy
 from .errors import SceneError, StepFailed
 from .implicit.method import Implicit
+from .lay_in import lift_out
 from .motion import place_tools
 from .recording import Recorder
 from .results import Progress, Results
+from .scene import AXES
 from .sheet import build_sheet
+from .springback import fitted
 from .state import State, new_contact, new_sheet
 
 log = logging.getLogger("cadlink")
@@ -45,7 +48,7 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     sheet = build_sheet(scene.blank)
     old, new = (first_state(scene, sheet, method) for _ in range(2))
     driven = tuple(name for name, tool in scene.tools.items() if tool.force)
-    travelled = tuple(stage.name for stage in scene.stages if any(tool.travel is not None for tool in stage.tools))
+    travelled = tuple(stage.name for stage in scene.stages if any(tool.travels for tool in stage.tools))
     results = Results(plan=scene.plan(method), lifted=driven, travelled=travelled)
     recorder, energy = Recorder(scene, sheet), Energy()
     checkpoint = Path(save).parent / "checkpoint.h5" if isinstance(save, (str, Path)) else None
@@ -58,16 +61,20 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
             stage = scene.stages[k]
             how = method.of(stage)
             if begun is None:
-                begun = how.start(stage, sheet, close_tools(sheet, stage, old))
-            here = k, begun
+                begun = how.start(stage, sheet, close_tools(sheet, stage, old, results))
+            here, stage = (k, begun), stage.closed(begun.placed)
+            recorder.start(stage, begun, results)
             tools = tool_runs(scene, sheet, stage, how, begun.placed, old)
             stops = np.linspace(0.0, 1.0, frames + 1)[1:]
             if begun.fraction == -1.0:
                 keep(recorder.frame(k, 0.0, old, results), results, writer)
+            start = old.sheet.x.copy()
             for step in how.march(sheet, stage, tools, old, new, begun, stops):
                 energy.add(step.work)
                 results.notes += step.notes
                 old.copy_from(new)
+                if stage.is_springback and step.march.fraction == 1.0:
+                    old.sheet.x[:] = fit_back(sheet, old.sheet.x, start)
                 recorder.row(k, step, old, energy, results)
                 here = k, step.march
                 if step.march.fraction in stops and not step.march.settles:
@@ -81,6 +88,11 @@ def form(scene, method=None, *, save=None, frames=40, watch=None, resume=False):
     except StepFailed as failure:
         failure.results = results
         raise
+    except SceneError as error:
+        # What was formed before a stage that cannot begin is not lost.
+        if not results.history:
+            raise
+        raise StepFailed(str(error), results) from None
     finally:
         results.energy = energy.totals(scene.blank.share)
         results.seconds["total"] = time.perf_counter() - clock
@@ -105,26 +117,40 @@ def first_state(scene, sheet, method):
     return State(flat, {name: new_contact(n_nodes, n_feet) for name, n_feet in feet.items()}, beads)
 
 
-def close_tools(sheet, stage, state):
-    """Move the stage's tools until they touch the sheet, and let go of all others.
+def close_tools(sheet, stage, state, results):
+    """Lay a formed part into the stage's fixed tools, move the others until they touch it, and let go of those of the
+    stage before.
 
     returns : {tool: (travel, side it presses from)}
     """
     present = {tool.name for tool in stage.tools}
+    half = 0.5 * sheet.nodal_thickness(state.sheet.thickness_strain)
+    x, touching = state.sheet.x, {n: state.tools[n].travel[0] for n in present if state.tools[n].touching.any()}
+    formed = not np.array_equal(x, sheet.points)
+    shift, told = lift_out(stage, x, half, sheet.held[: len(x)], touching) if formed else (0.0, "")
+    placed = place_tools(stage, x + shift, half, touching)
+    # Nothing changes before all have found their place.
+    if told:
+        x += shift
+        results.notes.append(told)
+        log.info("%s", told)
     for name, contact in state.tools.items():
         if name not in present:
             contact.release()
     for bead in state.beads.values():
         bead.traction[:], bead.lift[:] = 0.0, 0.0
-    half = 0.5 * sheet.nodal_thickness(state.sheet.thickness_strain)
-    touching = {name: state.tools[name].travel[0] for name in present if state.tools[name].touching.any()}
-    placed = place_tools(stage, state.sheet.x, half, touching)
     for name, (travel, _) in placed.items():
         state.tools[name].travel[0] = travel
         if name not in touching:
             state.tools[name].rest[0] = travel
         log.info("tool %s starts at %.4f mm along its axis", name, travel)
     return placed
+
+
+def fit_back(sheet, x, before):
+    """A part after springback (n, 3), moved as a rigid body to where it fits best what it was before."""
+    planes = [AXES.index(axis) for axis in sheet.blank.symmetry_planes]
+    return fitted(x, before, sheet.area, sheet.held[: len(x)], planes, bool(sheet.blank.clamped))
 
 
 def tool_runs(scene, sheet, stage, method, placed, state):

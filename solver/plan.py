@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from .contact.feet import feet_per_node, tight_radius
 from .elements.formulation import Shell
 from .errors import SceneError
@@ -90,7 +92,8 @@ def plan(scene, method=None):
                     f"above {tight_radius(blank.thickness):.3g} mm, or a guided tool"
                 )
         if any(tool.friction is not None and tool.friction.needs_speed for tool in stage.tools) and stage.path > 0.0:
-            runs.append((f"stage {stage.name!r}, speed", f"{stage.speed:g} mm/s: it lasts {stage.seconds:.3g} s"))
+            lasts = f": it lasts {stage.seconds:.3g} s" if np.isfinite(stage.seconds) else ""
+            runs.append((f"stage {stage.name!r}, speed", f"{stage.speed:g} mm/s{lasts}"))
         frictionless = [tool.name for tool in stage.tools if tool.mu == 0.0]
         if frictionless:
             skips.append((f"stage {stage.name!r}, friction", f"none given for {', '.join(frictionless)}"))
@@ -108,6 +111,8 @@ def _duty(tool):
     friction = f", {tool.friction}" if tool.friction is not None and tool.mu != 0.0 else ""
     if tool.travel is not None:
         return f"travels {tool.travel:g} mm along {axis} from touching the blank{friction}"
+    if tool.to is not None:
+        return f"travels along {axis} until {tool.to:g} mm from its place in the CAD file{friction}"
     if tool.gives_way:
         if tool.spring is None:
             how = f"presses with {tool.force:g} N"

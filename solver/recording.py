@@ -29,7 +29,17 @@ class Recorder:
         self.beads = {name: BeadRun(bead, sheet, 0.0) for name, bead in scene.drawbeads.items()}
         tilting = {tool.name: tool for stage in scene.stages for tool in stage.tools if tool.tilts}
         self.tilting = {name: pivot_of(tool, sheet) for name, tool in tilting.items()}
-        self.before = np.concatenate([[0.0], np.cumsum([stage.stroke for stage in scene.stages])])
+        self.before, self.stage = 0.0, scene.stages[0]
+
+    def start(self, stage, begun, results):
+        """A stage with its tools closed on the sheet goes on from a March; the stroke so far is in the history."""
+        self.stage = stage
+        done = results.history["stroke"][-1] if results.history else 0.0
+        self.before = done - max(begun.fraction, 0.0) * stage.stroke
+
+    def stroke(self, fraction):
+        """Travel of the leading tool over all stages so far, at a fraction of this one [mm]."""
+        return float(self.before + fraction * self.stage.stroke)
 
     def row(self, k, step, state, energy, results):
         """Append one increment of stage k to the history."""
@@ -65,7 +75,7 @@ class Recorder:
         results.record(
             stage=self.scene.stages[k].name,
             increment=len(results.history.get("increment", [])) + 1,
-            stroke=float(self.before[k] + fraction * self.scene.stages[k].stroke),
+            stroke=self.stroke(fraction),
             iterations=outcome.iterations,
             residual=outcome.residuals[-1],
             n_contacts=int(touching.sum()),
@@ -96,7 +106,7 @@ class Recorder:
         return Frame(
             stage=self.scene.stages[k].name,
             increment=len(results.history.get("increment", [])),
-            stroke=float(self.before[k] + fraction * self.scene.stages[k].stroke),
+            stroke=self.stroke(fraction),
             points=points.copy(),
             point_fields=self.contact_fields(k, state),
             cell_fields=cells,

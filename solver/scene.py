@@ -5,7 +5,7 @@ does. Units: mm, N, s, MPa. Nothing here changes during a run.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -131,13 +131,14 @@ class Spring:
 
 @dataclass(frozen=True)
 class Tool:
-    """A rigid tool and what it does in its stage. Give at most one of travel, force, gap and spring: without
+    """A rigid tool and what it does in its stage. Give at most one of travel, to, force, gap and spring: without
     them the tool stands still.
 
     surface : Surface, normals out of the material
     friction : Coulomb, CoulombPressure, CoulombVelocity, Stribeck, ByFace, or None for a frictionless tool
     axis : direction of its motion
     travel : mm along the axis over the stage, counted from first touching the blank
+    to : mm along the axis from its place in the CAD file where its travel ends, wherever it first touches the blank
     force : N for the whole part, pressing towards the blank
     gap : mm between this tool and the far side of the blank; the blank's thickness means just touching
     spring : Spring that presses it towards the blank
@@ -154,6 +155,7 @@ class Tool:
     friction: Coulomb | CoulombPressure | CoulombVelocity | Stribeck | ByFace | None = None
     axis: Sequence[float] = (0.0, 0.0, 1.0)
     travel: float | None = None
+    to: float | None = None
     force: float | None = None
     gap: float | None = None
     spring: Spring | None = None
@@ -165,13 +167,15 @@ class Tool:
     def __post_init__(self):
         if not isinstance(self.friction, ByFace):
             check_law(f"tool {self.name!r} friction", self.friction)
-        duties = [key for key in ("travel", "force", "gap", "spring") if getattr(self, key) is not None]
+        duties = [key for key in ("travel", "to", "force", "gap", "spring") if getattr(self, key) is not None]
         if len(duties) > 1:
             raise SceneError(f"tool {self.name!r}: found {' and '.join(duties)}, expected at most one of them")
         if np.shape(self.axis) != (3,) or not np.linalg.norm(self.axis) > 0.0:
             raise SceneError(f"tool {self.name!r} axis: found {self.axis!r}, expected 3 numbers, not all 0")
         if self.travel is not None and not (np.isfinite(self.travel) and self.travel != 0.0):
             raise SceneError(f"tool {self.name!r} travel: found {self.travel!r}, expected mm other than 0")
+        if not (self.to is None or np.isfinite(self.to)):
+            raise SceneError(f"tool {self.name!r} to: found {self.to!r}, expected mm from its place in the CAD file")
         if not (self.spring is None or isinstance(self.spring, Spring)):
             raise SceneError(f"tool {self.name!r} spring: found {self.spring!r}, expected Spring(stiffness, preload)")
         for key in ("stop", "rides_on", "tilts", "at"):
@@ -185,6 +189,16 @@ class Tool:
             value = getattr(self, key)
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise SceneError(f"tool {self.name!r} {key}: found {value!r}, expected a number above 0")
+
+    @property
+    def stands_still(self):
+        """Whether it neither travels nor presses nor keeps a gap."""
+        return not (self.travels or self.gives_way) and self.gap is None
+
+    @property
+    def travels(self):
+        """Whether its movement is prescribed."""
+        return self.travel is not None or self.to is not None
 
     @property
     def gives_way(self):
@@ -222,7 +236,8 @@ class Stage:
     speed : mm/s of the leading tool, or without one of the group moved farthest, for laws that depend on speed
 
     Loads rise in proportion over the stage. What the stage before left unbalanced (its tools, loads and supports) is
-    relieved first, with this stage's tools at rest: a stage with nothing in it is springback.
+    relieved first, with this stage's tools at rest: a stage with nothing in it is springback. A formed part that cuts
+    into tools standing still is first lifted out of them along the stroke (lay_in.py).
     """
 
     tools: Sequence[Tool] = ()
@@ -271,8 +286,8 @@ class Stage:
                 )
         for tool in self.tools:
             carrier = next((other for other in self.tools if other.name == tool.rides_on), None)
-            if tool.rides_on is not None and (carrier is None or carrier.travel is None):
-                travelling = [other.name for other in self.tools if other.travel is not None]
+            if tool.rides_on is not None and (carrier is None or not carrier.travels):
+                travelling = [other.name for other in self.tools if other.travels]
                 raise SceneError(
                     f"stage {self.name!r}: tool {tool.name!r} rides on {tool.rides_on!r}, expected a tool that travels "
                     f"in this stage, one of {travelling}"
@@ -293,7 +308,7 @@ class Stage:
     @property
     def leading_axis(self):
         """Unit axis (3,) of the first tool that travels, else of the first, else z."""
-        tools = [tool for tool in self.tools if tool.travel is not None] or list(self.tools)
+        tools = [tool for tool in self.tools if tool.travels] or list(self.tools)
         return tools[0].unit_axis if tools else np.array([0.0, 0.0, 1.0])
 
     @property
@@ -306,7 +321,7 @@ class Stage:
     @property
     def path(self):
         """Travel of the stage's leading tool, without one of the group moved farthest [mm]; 0 where nothing moves."""
-        if any(tool.travel is not None for tool in self.tools):
+        if any(tool.travels for tool in self.tools):
             return self.stroke
         return max((abs(d) for movement in self.moved.values() for d in movement if d is not None), default=0.0)
 
@@ -317,11 +332,21 @@ class Stage:
 
     @property
     def stroke(self):
-        """Travel of the stage's leading tool [mm]; 1 where no tool travels (a pure load stage)."""
+        """Travel of the stage's leading tool [mm]; 1 where no tool travels (a pure load stage), inf where it goes `to`
+        a place and has not closed on the sheet."""
         for tool in self.tools:
-            if tool.travel is not None:
-                return abs(tool.travel)
+            if tool.travels:
+                return np.inf if tool.travel is None else abs(tool.travel)
         return 1.0
+
+    def closed(self, placed):
+        """The stage whose tools have closed on the sheet: those that go `to` a place know their travel.
+
+        placed : {tool: (mm along its axis, side it presses from)}
+        """
+        there = {tool.name: tool.to - placed[tool.name][0] for tool in self.tools if tool.to is not None}
+        tools = [replace(t, travel=there[t.name], to=None) if t.name in there else t for t in self.tools]
+        return replace(self, tools=tools) if there else self
 
 
 @dataclass(frozen=True)

@@ -91,6 +91,6 @@ def test_a_blank_that_misses_the_die(command, capsys, scene, tmp_path):
     path = scene(('part = "BLANK"', outline))
     out = ["-o", str(tmp_path / "out")] if command == "run" else []
     said = one_line([command, path, *out], capsys)
-    assert said.startswith(f"cadlink: {path}: tool '")
+    assert said.startswith(f"cadlink: {path}: stage 'draw', tool '")
     assert "never meets" in said or "misses" in said
     assert not (tmp_path / "out").exists()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from plugins.scene_build import build_tool
 from plugins.scene_file import SceneFile, SceneFileError, check, parse
 from plugins.scene_keys import SceneKeys
 from solver.materials.library import SHEETS
@@ -91,6 +92,14 @@ def test_a_stage_changes_a_tool_and_keeps_the_rest():
     assert (changed.travel, changed.force, changed.friction.coulomb.mu) == (None, 100.0, 0.05)
     same = keys.tools["PUNCH"].changed_by(keys.stages[0].tools["PUNCH"])
     assert (same.travel, same.friction.coulomb.mu) == (-40.0, 0.162)
+
+
+def test_a_restrike_goes_to_a_place_in_a_stage_of_its_own():
+    stages = [{}, {"tools": {}}, {"name": "restrike", "tools": {"PUNCH": {"to": "-4 cm"}, "DIE": {}}}]
+    keys = check(cup(stages=stages), "s.toml")
+    punch = keys.tools["PUNCH"].changed_by(keys.stages[2].tools["PUNCH"])
+    assert (punch.travel, punch.to) == (None, -40.0)
+    assert build_tool("PUNCH", punch, None, None).to == -40.0
 
 
 def test_options_of_the_method_reach_it():

@@ -110,7 +110,7 @@ def test_check_says_what_is_on(file):
         ({"tools__DIE__spring": {"stiffness": 0}}, "tools.DIE.spring.stiffness: found 0, expected a force per length"),
         (
             {"tools__BLANK_HOLDER__spring": {"stiffness": 10}},
-            "tools.BLANK_HOLDER: found force and spring, expected at most one of travel, force, gap, spring",
+            "tools.BLANK_HOLDER: found force and spring, expected at most one of travel, to, force, gap, spring",
         ),
         (
             {"drawbeads__B": {"curve": [[0, 0, 0], [1, 0, 0]]}},

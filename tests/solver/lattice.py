@@ -92,3 +92,32 @@ class Bar:
             face=np.zeros(n, int),
             seed=np.zeros(n, int),
         )
+
+
+class Corner:
+    """A quarter-space along y, solid on the sides (sx, sz) of the point (x, z) its faces meet at; a rounded edge."""
+
+    def __init__(self, at, radius, sides):
+        self.radius, self.sides = radius, np.asarray(sides, float)
+        self.centre = np.asarray(at, float) + radius * self.sides
+
+    def project(self, points, seed=None):
+        # Off the core, a sharp quarter-space that the radius grows round.
+        away = -(points[:, [0, 2]] - self.centre) * self.sides
+        out = np.maximum(away, 0.0)
+        inside = ~out.any(axis=1)
+        size = np.where(inside, away.max(axis=1), np.linalg.norm(out, axis=1))
+        outward = np.where(inside[:, None], np.eye(2)[away.argmax(axis=1)], out / np.where(inside, 1.0, size)[:, None])
+        normal = np.zeros((len(points), 3))
+        normal[:, [0, 2]] = -outward * self.sides
+        rounded = (away > 0.0).all(axis=1)
+        n = len(points)
+        return SimpleNamespace(
+            distance=size - self.radius,
+            point=points - (size - self.radius)[:, None] * normal,
+            normal=normal,
+            curvature=np.where(rounded, 1.0 / self.radius, 0.0)[:, None] * [1.0, 0.0],
+            direction=np.cross([0.0, 1.0, 0.0], normal),
+            face=np.zeros(n, int),
+            seed=np.zeros(n, int),
+        )

@@ -230,3 +230,24 @@ def test_a_tool_inside_the_blank_is_refused():
     tools = [*scene.stages[0].tools, Tool("DIE", Plane((0.0, 0.0, 0.2)))]
     with pytest.raises(SceneError, match="'DIE': overlaps the blank by 0.7 mm"):
         form(replace(scene, stages=[Stage(tools)]))
+
+
+def test_a_tool_travels_to_a_place_wherever_it_touches_the_blank():
+    scene = punch_stretch(size=4.0)
+    ball = replace(scene.stages[0].tools[0], travel=None, to=-3.5)
+    found = form(replace(scene, stages=[Stage([ball])]), frames=2)
+    # From 12 - 10 - 0.5 mm above it, two millimetres into the sheet.
+    same = form(replace(scene, stages=[Stage([replace(ball, to=None, travel=-2.0)])]), frames=2)
+    assert found.history["travel_BALL"][-1] == pytest.approx(-3.5, abs=1e-12)
+    assert found.history["stroke"] == pytest.approx(same.history["stroke"], abs=1e-6)
+    assert found.frames[-1].points == pytest.approx(same.frames[-1].points, abs=1e-6)
+    assert "until -3.5 mm from its place in the CAD file" in str(found.plan)
+
+
+def test_a_tool_that_touches_the_blank_beyond_where_it_should_go_is_refused():
+    scene = punch_stretch(size=4.0)
+    ball = replace(scene.stages[0].tools[0], travel=None, to=-1.0)
+    with pytest.raises(SceneError, match="stage 'draw', tool 'BALL' to: found -1 mm, expected beyond -1.5 mm"):
+        form(replace(scene, stages=[Stage([ball])]))
+    with pytest.raises(SceneError, match="tool 'BALL': found travel and to, expected at most one of them"):
+        replace(ball, travel=-1.0)

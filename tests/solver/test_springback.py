@@ -4,9 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from solver import Blank, Coulomb, Material, Membrane, PlanarHill, Scene, SceneError, Shell, Stage, Swift, Tool, form
-from solver.springback import least_supports
+from solver.springback import fitted, free_motions, least_supports
 from tests.solver.lattice import Bar, square
 
 STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589), "mild steel")
@@ -96,6 +97,38 @@ def test_least_supports_hold_what_is_free():
     assert len(axes) == 3
     fixed[:] = True
     assert len(least_supports(x, fixed, [], False)[0]) == 0
+
+
+@pytest.mark.parametrize("supports", ["none", "one node", "plane", "plane strain", "all"])
+def test_a_part_is_fitted_as_far_as_its_supports_let_it(supports):
+    random = np.random.default_rng(4)
+    before = random.uniform(size=(40, 3)) * [10.0, 6.0, 2.0]
+    fixed, planes = np.zeros((40, 3), dtype=bool), []
+    if supports == "one node":
+        fixed[7] = True
+    if supports == "plane":
+        before[:5, 0], fixed[:5, 0], planes = 0.0, True, [0]
+    if supports == "plane strain":
+        fixed[:, 1] = True
+    if supports == "all":
+        fixed[:] = True
+    # A motion that is free, and not small: that of its field of velocities.
+    motions, free = free_motions(before, fixed, planes, False)
+    twist = free @ random.uniform(0.2, 0.6, free.shape[1])
+    field = np.linalg.lstsq(np.column_stack([before, np.ones(40)]), motions @ twist, rcond=None)[0]
+    flow = expm(np.hstack([field, np.zeros((4, 1))]))
+    x = (np.column_stack([before, np.ones(40)]) @ flow)[:, :3]
+    assert x[fixed] == pytest.approx(before[fixed], abs=1e-12)
+    weight = random.uniform(0.5, 1.5, 40)
+    assert fitted(x, before, weight, fixed, planes, False) == pytest.approx(before, abs=1e-9)
+    # A part that is also bent goes where no free motion brings it nearer, as rigidly.
+    bent = x + 0.02 * np.where(fixed, 0.0, x[:, [2, 0, 1]] ** 2)
+    fit = fitted(bent, before, weight, fixed, planes, False)
+    assert fit[fixed] == pytest.approx(bent[fixed], abs=1e-12)
+    assert np.linalg.norm(fit[1:] - fit[0], axis=1) == pytest.approx(np.linalg.norm(bent[1:] - bent[0], axis=1))
+    motions, free = free_motions(fit, fixed, planes, False)
+    pull = np.einsum("n,nc,ncj->j", weight, before - fit, motions @ free)
+    assert pull == pytest.approx(np.zeros(free.shape[1]), abs=1e-8)
 
 
 def test_moments_need_the_free_edge_of_a_shell():

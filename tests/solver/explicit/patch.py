@@ -3,7 +3,8 @@
 import numpy as np
 
 from solver import Blank, Explicit, Material, Membrane, Stage, VonMises
-from solver.explicit.march import Dynamics, start_march
+from solver.explicit.dynamics import Dynamics
+from solver.explicit.march import start_march
 from solver.sheet import build_sheet
 from solver.state import State, new_sheet
 from tests.solver.lattice import square

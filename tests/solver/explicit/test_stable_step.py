@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 
 from cadlink import Rectangle, mesh_blank
 from solver import Membrane, Shell
-from solver.explicit.march import APART, BEGIN, NARROWED
+from solver.explicit.dynamics import APART, BEGIN, NARROWED
 from solver.explicit.mass import lumped_masses, scaled_density, wave_steps
 from tests.solver.explicit.patch import arch, motion
 from tests.solver.lattice import square
