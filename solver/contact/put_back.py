@@ -7,7 +7,8 @@ face. So each node goes along its normal to the gap that has the force foreseen 
 
     N* = N - N'(g) kn n . (dx - v),    g* = (lam - trial(N*)) / kn,
 
-one that is foreseen to pull goes where the force ends, and one that would land goes where a small force begins. What is
+one that is foreseen to pull goes where the force ends, and one that would land goes where a small force begins; so does
+one that merely grazes its tool, of which round-off says whether it touches, and whose force no slope foretells. What is
 left for the next correction is what the sheet itself answers. Nodes that touch in several places stay where the step
 takes them.
 """
@@ -21,12 +22,13 @@ from .feet import SAME_WALL
 from .node_on_tool import OPEN, normal_slope, trial_of
 
 LANDING = 0.1  # slope of the contact law where a node lands: its force is a hundredth of that at the rounding's middle
+GRAZE = 1e-3  # slope below which a node bears nothing
 
 
 class Foreseen(NamedTuple):
     """Contact of one tool where a step starts, and what the step does to it by the tangent.
 
-    alone : (n,) nodes that touch here and nowhere else; away : (n,) those that touch nothing
+    alone : (n,) nodes that bear here and touch nowhere else; away : (n,) those that bear nowhere
     normal : (n, 3); force, change : (n,) normal force there, and what the whole step adds [N]
     """
 
@@ -53,9 +55,10 @@ def foresee(runs, state, skin, dx, dw):
             move = dx - movement_of(run, state, dw[own])
         slope = normal_slope(contact.multiplier - run.kn * contact.gap, run.kn * skin, contact.normal_force < 0.0)
         change = -slope * run.kn * np.einsum("nc,nc->n", contact.normal, move)
-        alone = (places == 1) & (contact.status != OPEN)
+        bears = (contact.status != OPEN) & (slope > GRAZE)
+        away = (places == 0) | (places == 1) & (contact.status != OPEN) & ~bears
         normal, force = contact.normal.copy(), contact.normal_force.copy()
-        found[run.tool.name] = Foreseen(alone, places == 0, normal, force, change)
+        found[run.tool.name] = Foreseen((places == 1) & bears, away, normal, force, change)
     return found
 
 

@@ -124,7 +124,7 @@ class Pardiso:
         return self._call(self.SOLVE, np.asfortranarray(right))
 
     def _analyse(self, kind):
-        self.caller = caller = find_pardiso()(mtype=kind)
+        self.caller = caller = find_pardiso()(mtype=kind)  # pyright: ignore[reportOptionalCall]
         for number, value in {1: 1, 2: 2, 8: 2, 10: 13 if kind > 0 else 8, 11: 0, 13: 0}.items():
             # No defaults; METIS; two steps of refinement at most; least pivots 1e-13, 1e-8; no scaling, no matching.
             caller.set_iparm(number, value)
@@ -156,7 +156,7 @@ def find_metis():
 def find_pardiso():
     """pypardiso's solver class, or None where it or the MKL is missing."""
     try:
-        from pypardiso import PyPardisoSolver
+        from pypardiso import PyPardisoSolver  # pyright: ignore[reportMissingImports]
 
         PyPardisoSolver()
     except ImportError:
