@@ -123,7 +123,9 @@ def sweep_block(w, n, k, table):
             w[DG + p] = dg + step if moves else dg
             w[SY + p] = sy + slope * step if moves else w[SY + p]
             w[SLOPE + p] = slope if moves else w[SLOPE + p]
-            open_ = 0.0 if elastic | (abs(f) <= NEARLY * sy) else open_
+            # Where flow begins the curve in y tells no slope: the first step is short by what hardening takes.
+            near = (abs(f) <= NEARLY * sy) & (w[Y + p] > 0.0)
+            open_ = 0.0 if elastic | near else open_
             w[OPEN + p] = open_
             left += 1 if open_ > 0.0 else 0
         if left == 0:

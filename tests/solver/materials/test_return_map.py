@@ -158,6 +158,21 @@ def test_both_return_maps_agree_where_both_apply(scale):
     assert g.thickness_strain == pytest.approx(scalar.thickness_strain, rel=1e-9, abs=1e-15)
 
 
+@pytest.mark.parametrize("beyond", [1e-9, 1e-6, 1e-5, 1e-4])
+def test_a_point_that_hardly_flows_meets_its_curve(beyond):
+    # Its first plastic strain is so small that the table's slope there is none yet.
+    locus, directions = VonMises(), np.random.default_rng(3).normal(size=(500, 3))
+    material = Material(E, NU, locus, CURVE)
+    trial = E / (1.0 - NU**2) * directions @ np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - NU)]])
+    yields = CURVE(0.0) / gradients(locus, trial)[0]
+    state = material.new_state(len(directions))
+    material.update(green((1.0 + beyond) * yields[:, None] * directions), material.new_state(len(directions)), state)
+    flow = state.equivalent > 0.0
+    assert flow.sum() > 100
+    _, size = centre_and_size(CURVE, state)
+    assert gradients(locus, state.stress)[0][flow] == pytest.approx(size[flow], rel=1e-10)
+
+
 def test_planar_hill_as_yld2000_of_exponent_2():
     # a = 2 and alphas of 1 make von Mises: the same answer by the scalar equation and by the general Newton.
     y = 0.05 * np.random.default_rng(2).uniform(-1, 1, (100, 3))
