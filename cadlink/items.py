@@ -20,6 +20,7 @@ from cadlink.skin import ON_ARC, ON_CIRCLE, ON_FACE, ON_LEAF, ON_LINE
 from cadlink.trim import inside
 
 END = 1e-9  # of an edge's length: feet this far past its end still count as on it
+CELLS, STARTS = 9, 18  # of a leaf: each cell has two starts
 
 
 @njit(**POINT)
@@ -38,11 +39,14 @@ def try_face(face, pieces, ctrl, p, best, work):
 
 @njit(**POINT)
 def start_in_leaf(leaf, cell, x, y):
-    """Parameters below a point at x, y in the axes of a leaf, kept to one of its nine cells or, < 0, to the leaf."""
+    """Parameters below a point at x, y in the axes of a leaf, kept to one of its nine cells or, < 0, to the leaf; of
+    nine more cells the middle."""
     s0, s1, t0, t1 = leaf.rect[0], leaf.rect[1], leaf.rect[2], leaf.rect[3]
     if cell >= 0:
-        i, j, w_s, w_t = cell % 3, cell // 3, (s1 - s0) / 3.0, (t1 - t0) / 3.0
+        i, j, w_s, w_t = cell % 3, cell % CELLS // 3, (s1 - s0) / 3.0, (t1 - t0) / 3.0
         s0, s1, t0, t1 = s0 + i * w_s, s0 + (i + 1) * w_s, t0 + j * w_t, t0 + (j + 1) * w_t
+        if cell >= CELLS:
+            return 0.5 * (s0 + s1), 0.5 * (t0 + t1)
     start = leaf.start
     x, y = x - start[2], y - start[3]
     s, t = start[0] + start[4] * x + start[5] * y, start[1] + start[6] * x + start[7] * y
@@ -67,12 +71,13 @@ def try_leaf(leaf, patch, face, pieces, ctrl, power, p, best, s, t, work):
     bound, beside, x, y, z = leaf_beside(leaf, p)
     if bound >= best or beside > best * leaf.cone:
         return distance, found_s, found_t, foot
-    for cell in range(-1, 9):
+    for cell in range(-1, STARTS):
         nearest = min(best, distance)
-        # The cells come in where the leaf may bend round the point, those where no normal reaches it excepted.
+        # The cells come in where the leaf may bend round the point, those where no normal reaches it excepted: each
+        # from its nearest place, and from its middle, for beyond a bend the way down leads elsewhere.
         if cell == 0 and (bound + 2.0 * leaf.half[2]) * bend_by_height(leaf, z) < UNIQUE:
             break
-        if cell >= 0 and cell_beside(leaf, cell, x, y) > nearest * leaf.cone:
+        if cell >= 0 and cell_beside(leaf, cell % CELLS, x, y) > nearest * leaf.cone:
             continue
         a, b = (s, t) if cell < 0 and s >= 0.0 else start_in_leaf(leaf, cell, x, y)
         a, b, q, f, free, _ = patch_foot(patch, ctrl, power, p, a, b, work)

@@ -13,7 +13,7 @@ from cadlink.answer import INNER, edge_at, faces_at_edge
 from cadlink.boxtree import box_distance
 from cadlink.closest import CHUNK
 from cadlink.feet import ALIKE
-from cadlink.items import leaf_holds, start_in_leaf, try_item
+from cadlink.items import CELLS, STARTS, leaf_holds, start_in_leaf, try_item
 from cadlink.leaf_bounds import UNIQUE, bend_by_height, cell_beside, leaf_beside
 from cadlink.nurbs import WORK, arc_derivatives, dot, minus
 from cadlink.patch_foot import patch_foot
@@ -62,8 +62,8 @@ def propose_on_item(skin, item, p, towards, reach, found, distances, count, work
     if bound > reach or beside > reach * leaf.cone:
         return count
     alone = (bound + 2.0 * leaf.half[2]) * bend_by_height(leaf, z) < UNIQUE
-    for cell in range(-1, 0 if alone else 9):
-        if cell >= 0 and cell_beside(leaf, cell, x, y) > reach * leaf.cone:
+    for cell in range(-1, 0 if alone else STARTS):
+        if cell >= 0 and cell_beside(leaf, cell % CELLS, x, y) > reach * leaf.cone:
             continue
         s, t = start_in_leaf(leaf, cell, x, y)
         s, t, q, f, free, _ = patch_foot(patch, skin.ctrl, skin.power, p, s, t, work)

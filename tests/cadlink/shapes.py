@@ -241,6 +241,15 @@ def bezier_face():
     return face_on(Geom_BezierSurface(poles))
 
 
+def valley(profile, width=30.0):
+    """A Bezier curve of poles (x, z) drawn along y."""
+    poles = TColgp_Array2OfPnt(1, len(profile), 1, 2)
+    for i, (x, z) in enumerate(profile):
+        for j in range(2):
+            poles.SetValue(i + 1, j + 1, gp_Pnt(float(x), width * j, float(z)))
+    return face_on(Geom_BezierSurface(poles))
+
+
 def offset_face(distance=0.3):
     return face_on(Geom_OffsetSurface(bumpy_surface(), distance))
 

@@ -1,16 +1,22 @@
-"""The quick search against the careful one, which asks every leaf that may hold the foot from several starts."""
+"""The quick search against the careful one, which asks every leaf that may hold the foot from several starts, and both
+against the roots of a polynomial."""
+
+from math import comb
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numba import njit
+from numpy.polynomial import Polynomial
 
+from cadlink import read_step
 from cadlink.closest import PLACE, careful_search
 from cadlink.nurbs import WORK
 from cadlink.quick import WAITING
 from cadlink.surface import project
 from cadlink.track import ANSWER
 from tests.cadlink import shapes
-from tests.cadlink.occ_truth import part_of, points_around
+from tests.cadlink.occ_truth import distances, part_of, points_around
 
 BODIES = {
     "tube": shapes.bent_tube,
@@ -71,3 +77,48 @@ def test_a_cell_answers_for_points_in_its_reach_what_a_search_finds(made):
     assert np.abs(found.distance - searched.distance).max() < 1e-12
     assert np.abs(found.point - searched.point).max() < 1e-9
     assert np.abs(found.normal - searched.normal).max() < 1e-9
+
+
+def bezier(poles):
+    """A coordinate of a Bezier curve as a polynomial."""
+    n, t, u = len(poles) - 1, Polynomial([0, 1]), Polynomial([1, -1])
+    return sum(pole * comb(n, i) * t**i * u ** (n - i) for i, pole in enumerate(poles))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_over_a_valley_the_nearest_of_several_feet_is_found(seed):
+    # Points on both sides of the curve's centre of curvature, where the distance has two minima.
+    rng = np.random.default_rng(seed)
+    poles = (
+        np.array([0, 4, 8, 12, 16, 20]) + rng.uniform(-1, 1, 6),
+        np.array([12, 4, -3, -4, 2, 14]) + rng.uniform(-3, 3, 6),
+    )
+    x, z = (bezier(p) for p in poles)
+    t = np.linspace(0.15, 0.85, 400)
+    tangent, second = np.array([x.deriv()(t), z.deriv()(t)]), np.array([x.deriv(2)(t), z.deriv(2)(t)])
+    bend = (tangent[0] * second[1] - tangent[1] * second[0]) / (tangent**2).sum(axis=0) ** 1.5
+    at = np.argmax(bend)
+    normal, radius = np.array([-tangent[1, at], tangent[0, at]]) / np.linalg.norm(tangent[:, at]), 1.0 / bend[at]
+    above = rng.uniform(0.8, 3.0, 1500)[:, None] * radius * normal + 0.15 * radius * rng.normal(size=(1500, 2))
+    points = np.array([x(t[at]), z(t[at])]) + above
+
+    def nearest(px, pz):
+        feet = ((x - px) * x.deriv() + (z - pz) * z.deriv()).roots()
+        feet = feet[np.abs(feet.imag) < 1e-7].real
+        feet = np.concatenate([feet[(feet >= 0.0) & (feet <= 1.0)], [0.0, 1.0]])
+        return np.hypot(x(feet) - px, z(feet) - pz).min()
+
+    surface = part_of(shapes.valley(np.transpose(poles)), "valley").surface()
+    found = surface.project(np.column_stack([points[:, 0], rng.uniform(3.0, 27.0, 1500), points[:, 1]]))
+    assert np.abs(np.abs(found.distance) - [nearest(*point) for point in points]).max() < 1e-12
+
+
+def test_a_leaf_that_bends_near_its_end_has_a_foot_beyond():
+    # Curvature is largest at four fifths of a leaf of the nacelle: two feet, 1.90954 and 1.91040 mm away.
+    path = Path(__file__).resolve().parents[3] / "shared" / "step" / "nacelle.stp"
+    if not path.exists():
+        pytest.skip("shared/step/nacelle.stp is not there")
+    part = next(iter(read_step(path).values()))
+    point = np.array([[2337.25349, -295.95794064, -335.21428123]])
+    found = part.surface().project(point)
+    assert abs(found.distance[0]) == pytest.approx(distances(part.shape(), point)[0], abs=1e-9)
