@@ -29,7 +29,7 @@ from cadlink.kernels import POINT
 from cadlink.nurbs import cross, dot
 from cadlink.power import third_derivatives
 
-TRACKED = (5e-12, 5e-8)  # mm: errors in distance and foot that a model may leave
+TRACKED = (1e-12, 5e-8)  # mm: errors in distance and foot that a model may leave
 APART = 10.0  # times what turns the principal directions
 LIFT = 0.1  # mm: how much the distance may change while a model serves
 # Columns of what is remembered: radius, face, foot, normal, direction of k_e, k_e, k_f, the derivatives of the

@@ -1,5 +1,5 @@
 """Distances to B-spline faces against the same patches in extended precision, where neither formula nor round-off of
-another code limits what is seen: converged within 1e-12 mm, tracked within 1e-11."""
+another code limits what is seen: searched and tracked within 1e-12 mm."""
 
 from math import comb
 
@@ -90,10 +90,10 @@ PARTS = {
 
 
 @pytest.mark.parametrize("name", PARTS)
-def test_converged_within_1e_12_and_tracked_within_1e_11(name):
+def test_searched_and_tracked_within_1e_12(name):
     part = PARTS[name]()
     surface, rng = part.surface(), np.random.default_rng(8)
-    points = points_round(part, 600, rng)
+    points = points_round(part, 3000, rng)
     hit = surface.project(points)
     cold = errors(surface, points, hit)
     assert len(cold) > 100
@@ -101,4 +101,4 @@ def test_converged_within_1e_12_and_tracked_within_1e_11(name):
     for size in (1e-3, 0.05, 0.05, 0.05):
         points = points + size * rng.uniform(-1.0, 1.0, points.shape)
         hit = surface.project(points, hit.seed)
-        assert errors(surface, points, hit).max() < 1e-11
+        assert errors(surface, points, hit).max() < 1e-12
