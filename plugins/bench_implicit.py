@@ -36,7 +36,7 @@ PARTS = {
     "solution": [(SparseSolver, "__init__"), (SparseSolver, "factorize"), (SparseSolver, "solve")],
 }
 PUNCH_SIZES = (8.0, 5.0, 3.5, 2.5)  # mm
-CUP_SIZES = (7.5, 5.0, 3.75, 2.5)  # mm
+CUP_SIZES = (5.0, 3.75, 2.5, 1.875)  # mm
 USUAL = solver.Increments()
 ELEMENTS = {"membrane": solver.Membrane(), "shell": solver.Shell(5)}
 

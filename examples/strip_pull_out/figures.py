@@ -11,6 +11,7 @@ import numpy as np
 from strip import COUNTS, HORIZONTAL, KINDS, SIZE, exact_forces, mean_and_ripple, pull_out
 
 START = 2.0 * SIZE  # of the mean: the strip is in motion
+FINE = 1601  # travels that resolve the ripple of a strip of elements
 
 
 def main(folder):
@@ -22,9 +23,11 @@ def main(folder):
     figure, axes = pyplot.subplots(2, 3, figsize=(13.0, 7.0), sharex=True, sharey="col", layout="constrained")
     for column, count in zip(axes.T, COUNTS):
         travel, out, _ = pull_out(count, "exact", "out")
-        fine = np.linspace(0.0, travel[-1], 800)
+        fine = np.linspace(0.0, travel[-1], FINE)
+        exactly = exact_forces(fine, count)
+        exact, exact_ripple = mean_and_ripple(fine, exactly, START)
         for axis in column:
-            axis.plot(fine, exact_forces(fine, count), color="0.75", lw=3, label="strip of elements, exactly")
+            axis.plot(fine, exactly, color="0.75", lw=3, label="strip of elements, exactly")
             axis.axhline(HORIZONTAL * np.exp(0.05 * np.pi), color="0.4", lw=0.8, label="F_H exp(mu pi / 2)")
             axis.grid(alpha=0.3)
         column[0].plot(travel, out, "k:", label="F_H, pulled straight out")
@@ -34,7 +37,7 @@ def main(folder):
             travel, force, results = pull_out(count, kind)
             column[0 if kind in ("exact", "nagata") else 1].plot(travel, force, label=f"F_V, {words}")
             mean, ripple = mean_and_ripple(travel, force, START)
-            exact, exact_ripple = mean_and_ripple(travel, exact_forces(travel, count), START)
+            exact = mean_and_ripple(travel, np.interp(travel, fine, exactly), START)[0]
             print(
                 f"{count:g} elements, {words}: F_V {mean:.1f} +- {ripple:.1f} N, exactly {exact:.1f} +- "
                 f"{exact_ripple:.1f} ({100.0 * (mean / exact - 1.0):+.2f} %), {sum(results.history['iterations'])} "

@@ -114,7 +114,7 @@ def strip_scene(count, kind="exact", pull="down", element=None):
     return Scene(blank, [Stage([die, holder], name="pull", moved={"front": move})], name=f"strip, {count:g} elements")
 
 
-def pull_out(count, kind="exact", pull="down", element=None, torsion=1e-3):
+def pull_out(count, kind="exact", pull="down", element=None, torsion=3e-4):
     """Travel [mm] and pulling force [N] of every increment, and the Results."""
     step = TRAVEL / STEPS / SIZE
     method = Implicit(increments=Increments(first=step * SIZE / THICKNESS, largest=step), torsion=torsion)
