@@ -16,7 +16,8 @@ from cadlink.projection import checked_points, empty_projection
 from cadlink.records import CONE, CYLINDER, PLANE, SPHERE, TORUS
 
 SHARP = 1e12  # 1/mm, stands for the curvature of an apex
-FORM = np.dtype([("form", "i8"), ("frame", "f8", (4, 3)), ("size", "f8", 2), ("sense", "f8")])
+# As a face's record has them, in another order: of one that begins like it numba would take it for a kind, and warn.
+FORM = np.dtype([("sense", "f8"), ("form", "i8"), ("frame", "f8", (4, 3)), ("size", "f8", 2)])
 
 
 @njit
@@ -64,7 +65,7 @@ class PrimitiveSurface:
     def __init__(self, form, at, axis, size, hollow):
         frame = np.vstack([vector(at, type(self).__name__, "a point"), frame_of(axis, type(self).__name__)])
         self.form = np.zeros(1, FORM)
-        self.form[0] = form, frame, size, -1.0 if hollow else 1.0
+        self.form[0] = -1.0 if hollow else 1.0, form, frame, size
 
     def project(self, points, seed=None):
         """Closest points as Projection. points : (n, 3) mm; seed : not needed, taken for the sake of the call."""
