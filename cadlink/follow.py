@@ -15,6 +15,7 @@ from numba import njit, prange
 
 from cadlink.closest import CHUNK, ITEM, PLACE, REACH, STAMP, A
 from cadlink.kernels import POINT
+from cadlink.lipschitz import stays_far
 from cadlink.nurbs import WORK
 from cadlink.records import PLANE
 from cadlink.skin import ON_FACE
@@ -33,9 +34,7 @@ def follow_rows(
     n_near = n_left = n_soon = 0
     for i in range(start, stop):
         p = (points[i, 0] - shift[0], points[i, 1] - shift[1], points[i, 2] - shift[2])
-        slack = distance[i] - reach[i]
-        moved = (p[0] - place[i, 0]) ** 2 + (p[1] - place[i, 1]) ** 2 + (p[2] - place[i, 2]) ** 2
-        if not moved < np.inf or (slack > 0.0 and moved < slack * slack):
+        if stays_far(p, place, i, distance[i] - reach[i]):
             continue
         place[i, 0], place[i, 1], place[i, 2] = p
         near[start + n_near] = i

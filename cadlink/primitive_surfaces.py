@@ -11,6 +11,7 @@ from numba import njit, prange
 
 from cadlink.errors import CadError
 from cadlink.feet import Feet
+from cadlink.lipschitz import stays_far
 from cadlink.primitives import foot_on_form, shape_on_form
 from cadlink.projection import checked_points, empty_projection
 from cadlink.records import CONE, CYLINDER, PLANE, SPHERE, TORUS
@@ -39,24 +40,47 @@ def at_apex(face, p):
     return s * h, (s * n[0], s * n[1], s * n[2]), (e[0] / size, e[1] / size, e[2] / size)
 
 
+@njit(forceinline=True)
+def answer_on_form(whole, p):
+    """Signed distance, foot, normal, curvatures and direction of the larger."""
+    exists, u, v, q = foot_on_form(whole, p, 0)
+    if exists:
+        n, k1, k2, e = shape_on_form(whole, u, v)
+        d = (p[0] - q[0]) * n[0] + (p[1] - q[1]) * n[1] + (p[2] - q[2]) * n[2]
+    else:
+        d, n, e = at_apex(whole, p)
+        q = (whole.frame[0, 0], whole.frame[0, 1], whole.frame[0, 2])
+        k1 = k2 = whole.sense * SHARP
+    return d, q, n, k1, k2, e
+
+
 @njit(parallel=True, cache=True)
 def project_on_form(faces, points, distance, point, normal, curvature, direction, face, seed):
     """Fill the fields of a Projection on one whole surface."""
     for i in prange(len(points)):
-        p = (points[i, 0], points[i, 1], points[i, 2])
-        whole = faces[0]
-        exists, u, v, q = foot_on_form(whole, p, 0)
-        if exists:
-            n, k1, k2, e = shape_on_form(whole, u, v)
-            d = (p[0] - q[0]) * n[0] + (p[1] - q[1]) * n[1] + (p[2] - q[2]) * n[2]
-        else:
-            d, n, e = at_apex(whole, p)
-            q = (whole.frame[0, 0], whole.frame[0, 1], whole.frame[0, 2])
-            k1 = k2 = whole.sense * SHARP
+        d, q, n, k1, k2, e = answer_on_form(faces[0], (points[i, 0], points[i, 1], points[i, 2]))
         distance[i], face[i] = d, 0
         for c in range(3):
             point[i, c], normal[i, c], direction[i, c], seed[i, c] = q[c], n[c], e[c], 0.0
         curvature[i, 0], curvature[i, 1] = k1, k2
+
+
+@njit(cache=True)
+def follow_form(faces, points, shift, reach, place, distance, normal, curvature, direction, face, near):
+    """Fill near, and what belongs to it, as ToolSurface.follow does; returns how many are near."""
+    count = 0
+    for i in range(len(reach)):
+        p = (points[i, 0] - shift[0], points[i, 1] - shift[1], points[i, 2] - shift[2])
+        if stays_far(p, place, i, distance[i] - reach[i]):
+            continue
+        place[i, 0], place[i, 1], place[i, 2] = p
+        near[count] = i
+        count += 1
+        distance[i], _, n, curvature[i, 0], curvature[i, 1], e = answer_on_form(faces[0], p)
+        face[i] = 0
+        for c in range(3):
+            normal[i, c], direction[i, c] = n[c], e[c]
+    return count
 
 
 class PrimitiveSurface:
@@ -74,6 +98,12 @@ class PrimitiveSurface:
         if len(points):
             project_on_form(self.form, points, *hit)
         return hit
+
+    def follow(self, points, shift, reach, place, hit, near):
+        """Projects those points that may lie nearer than their reach, in place; as ToolSurface.follow. hit : seeds are
+        left as they are"""
+        *fields, _ = hit
+        return follow_form(self.form, points, shift, reach, place, *fields, near)
 
     def feet(self, points, hit, reach):
         """None: the distance to a whole surface of these kinds has one minimum only."""

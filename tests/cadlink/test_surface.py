@@ -10,7 +10,7 @@ from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
-from cadlink import CadError, ToolSurface
+from cadlink import CadError, ConeSurface, ToolSurface, TorusSurface
 from cadlink.closest import REACH
 from cadlink.quick import SKIN
 from cadlink.rim import ODD
@@ -48,15 +48,21 @@ def test_warm_equals_cold_along_random_paths(request, name):
             assert other.mean() < 0.01
 
 
-@pytest.mark.parametrize("name", ["die", "punch", "freeform"])
+PRIMITIVES = {"ring": TorusSurface(12.0, 4.0), "funnel": ConeSurface(30.0, hollow=True)}
+
+
+@pytest.mark.parametrize("name", ["die", "punch", "freeform", *PRIMITIVES])
 def test_following_in_place_is_projecting_with_seeds(request, name):
     """Points that wander over faces, rims and edges: the rows asked for are those of `project`, others untouched.
 
     Seeds may differ: `follow` searches ahead.
     """
-    part = part_of(shapes.punch(), name) if name == "punch" else request.getfixturevalue(name)
-    surface, rng = ToolSurface(part), np.random.default_rng(2)
-    box, n = part.bounding_box, 300
+    if name in PRIMITIVES:
+        surface, box = PRIMITIVES[name], np.array([[-16.0] * 3, [16.0] * 3])
+    else:
+        part = part_of(shapes.punch(), name) if name == "punch" else request.getfixturevalue(name)
+        surface, box = ToolSurface(part), part.bounding_box
+    rng, n = np.random.default_rng(2), 300
     points = box[0] - 1.0 + rng.random((n, 3)) * (np.ptp(box, axis=0) + 2.0)
     found = surface.project(points)
     hit = tuple(getattr(found, name) for name in ("distance", "normal", "curvature", "direction", "face", "seed"))
