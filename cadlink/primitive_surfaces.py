@@ -42,7 +42,11 @@ def at_apex(face, p):
 
 @njit(forceinline=True)
 def answer_on_form(whole, p):
-    """Signed distance, foot, normal, curvatures and direction of the larger."""
+    """The answer at a point on a whole surface.
+
+    whole : record FORM; p : (3,) mm
+    returns : signed distance [mm], foot (3,) [mm], normal (3,), curvatures k1, k2 [1/mm], direction (3,) of k1
+    """
     exists, u, v, q = foot_on_form(whole, p, 0)
     if exists:
         n, k1, k2, e = shape_on_form(whole, u, v)
@@ -67,7 +71,11 @@ def project_on_form(faces, points, distance, point, normal, curvature, direction
 
 @njit(cache=True)
 def follow_form(faces, points, shift, reach, place, distance, normal, curvature, direction, face, near):
-    """Fill near, and what belongs to it, as ToolSurface.follow does; returns how many are near."""
+    """Project those of n points that may lie nearer than their reach, in place; returns how many they are.
+
+    faces : (1,) FORM; points : (m, 3) mm, the first n are looked at; shift : (3,) mm; reach, distance : (n,) mm
+    place, normal, direction : (n, 3); curvature : (n, 2) 1/mm; face : (n,); near : (n,), filled with their numbers
+    """
     count = 0
     for i in range(len(reach)):
         p = (points[i, 0] - shift[0], points[i, 1] - shift[1], points[i, 2] - shift[2])
@@ -100,8 +108,8 @@ class PrimitiveSurface:
         return hit
 
     def follow(self, points, shift, reach, place, hit, near):
-        """Projects those points that may lie nearer than their reach, in place; as ToolSurface.follow. hit : seeds are
-        left as they are"""
+        """Projects those points that may lie nearer than their reach, in place: ToolSurface.follow, whose arrays it
+        takes. Seeds stay as they are: none is needed."""
         *fields, _ = hit
         return follow_form(self.form, points, shift, reach, place, *fields, near)
 

@@ -25,7 +25,7 @@ def main(folder):
         travel, out, _ = pull_out(count, "exact", "out")
         fine = np.linspace(0.0, travel[-1], FINE)
         exactly = exact_forces(fine, count)
-        exact, exact_ripple = mean_and_ripple(fine, exactly, START)
+        exact_ripple = mean_and_ripple(fine, exactly, START)[1]
         for axis in column:
             axis.plot(fine, exactly, color="0.75", lw=3, label="strip of elements, exactly")
             axis.axhline(HORIZONTAL * np.exp(0.05 * np.pi), color="0.4", lw=0.8, label="F_H exp(mu pi / 2)")
