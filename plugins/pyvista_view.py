@@ -21,6 +21,7 @@ LABELS = {
     "contact_gap": ("gap to the nearest tool [mm]", 1.0),
     "contact_pressure": ("contact pressure [MPa]", 1.0),
     "friction_traction": ("friction traction [MPa]", 1.0),
+    "squeeze": ("squeeze between tools [mm]", 1.0),
 }
 TOOL_COLORS = (
     (0.56, 0.64, 0.71),

@@ -124,7 +124,7 @@ def close_tools(sheet, stage, state, results):
     returns : {tool: (travel, side it presses from)}
     """
     present = {tool.name for tool in stage.tools}
-    half = 0.5 * sheet.nodal_thickness(state.sheet.thickness_strain)
+    half = 0.5 * sheet.nodal_thickness(state.sheet)
     x, touching = state.sheet.x, {n: state.tools[n].travel[0] for n in present if state.tools[n].touching.any()}
     formed = not np.array_equal(x, sheet.points)
     shift, told = lift_out(stage, x, half, sheet.held[: len(x)], touching) if formed else (0.0, "")

@@ -132,7 +132,8 @@ class Recorder:
         both sides) and the sum of friction; gaps are projected afresh for every node."""
         x = state.sheet.x
         n = len(x)
-        half = 0.5 * self.sheet.nodal_thickness(state.sheet.thickness_strain)
+        # Where tools on both sides squeeze it, the sheet's skin is there.
+        half = 0.5 * (self.sheet.nodal_thickness(state.sheet) - (state.squeeze - state.sheet.flattened))
         area = current_areas(self.sheet.triangles.cells, x)
         gap, nearest = np.full(n, np.inf), np.full(n, -1)
         pressure, traction = np.zeros(n), np.zeros((n, 3))
@@ -156,6 +157,7 @@ class Recorder:
             "contact_tool": nearest,
             "contact_pressure": pressure,
             "friction_traction": traction,
+            "squeeze": state.squeeze,
         }
 
 

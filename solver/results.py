@@ -18,7 +18,8 @@ class Frame:
     stroke : mm, travel of the leading tool over all stages so far (fraction of the stage where none travels)
     points : (n, 3) current mid-surface nodes [mm]
     point_fields : displacement (n, 3) mm, contact_gap (n,) mm, contact_pressure (n,) MPa of the
-        tool that presses most, friction_traction (n, 3) MPa of all tools, contact_tool (n,) index of the nearest or -1
+        tool that presses most, friction_traction (n, 3) MPa of all tools, contact_tool (n,) index of the nearest or -1,
+        squeeze (n,) mm by which tools on both sides press the sheet thinner, of which the elements know nothing
     cell_fields : thickness (m,) mm, thinning (m,) 1, strain_major (m,), strain_minor (m,) log strains,
         fld_margin (m,) of a blank with a forming limit: 1 unstrained, 0 on the curve, negative beyond it,
         plastic_strain (m,) equivalent, stress (m, 6) Cauchy xx yy zz xy yz xz MPa; of a shell the middle layer, and
@@ -59,7 +60,8 @@ class Results:
         tilt_<tool> [degrees] of tools that may tilt, bead_<drawbead> and uplift_<drawbead> [N, whole part],
         reaction_<group>_<axis> [N, on the modelled nodes of a group that is moved], draw_in_<name> [mm],
         thickness_min, thickness_max [mm], thinning_max,
-        squeeze_max (how deep a node is in the tools on its two sides together [mm]; the elements know nothing of it),
+        squeeze_max (by how much tools on both sides press a node thinner, for good and elastically [mm]; the elements
+        know nothing of it),
         fld_margin_min and fld_margin_x, _y, _z (where the blank has a forming limit: the smallest margin, and the
         middle of its triangle [mm]),
         torsion_share (work of the torsion stabilisation relative to the external work so far), kinetic_share (kinetic

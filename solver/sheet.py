@@ -7,6 +7,7 @@ import numpy as np
 
 from .elements.assembly import Corners, build_corners, build_pattern, gather_thickness
 from .elements.formulation import MembraneElements, SheetMesh, ShellElements
+from .materials.through_thickness import flow_pressure
 from .scene import AXES, Blank
 
 
@@ -40,6 +41,12 @@ class Sheet:
         """Scale of the contact stiffness, E t / size^2 [MPa/mm]."""
         return self.blank.material.young * self.blank.thickness / self.size**2
 
+    @cached_property
+    def flow_pressure(self):
+        """Pressure through the thickness under which the metal flows: equivalent plastic strains (k,), pressures (k,)
+        [MPa]."""
+        return flow_pressure(self.blank.material)
+
     def middle(self, values):
         """Values of the points (p, ...) at the triangles' mid-surface, (m, ...)."""
         layers = values.reshape(len(self.triangles.cells), -1, *values.shape[1:])
@@ -51,11 +58,11 @@ class Sheet:
         mean = thickness_strain.reshape(len(self.triangles.cells), -1) @ self.elements.weight
         return self.blank.thickness * np.exp(mean)
 
-    def nodal_thickness(self, thickness_strain):
-        """Current thickness at the nodes (n,) [mm]. thickness_strain : (p,)"""
+    def nodal_thickness(self, state):
+        """Thickness that the tools find at the nodes now, (n,) [mm]. state : SheetState"""
         nodal = np.empty(len(self.points))
-        gather_thickness(self.thickness(thickness_strain), self.triangles.area, *self.corners, nodal)
-        return nodal
+        gather_thickness(self.thickness(state.thickness_strain), self.triangles.area, *self.corners, nodal)
+        return nodal - state.flattened
 
 
 def build_sheet(blank):

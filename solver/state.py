@@ -41,6 +41,8 @@ class SheetState(Arrays):
     thickness_strain: np.ndarray  # (p,) H33
     second_stress: np.ndarray  # (p, 3) second Piola-Kirchhoff S [MPa]
     tangent: np.ndarray  # (p, 3, 3) dS/dE [MPa], empty where no stage is implicit
+    # contact
+    flattened: np.ndarray  # (n,) how much thinner tools on both sides have pressed the nodes for good [mm]
     # gather
     internal: np.ndarray  # (n + k, 3) internal forces [N]
     external: np.ndarray  # (n + k, 3) forces of the loads [N]
@@ -141,9 +143,15 @@ class State:
 
     @property
     def squeeze(self):
-        """By how much tools on both sides press the sheet thinner, (n,) [mm], 0 where a node touches one at most."""
-        between = np.sum([contact.touching for contact in self.tools.values()], axis=0) > 1
-        return np.where(between, np.sum([contact.overlap for contact in self.tools.values()], axis=0), 0.0)
+        """By how much tools on both sides have pressed the sheet thinner, (n,) [mm]: for good, and what a node between
+        two gives way now."""
+        overlap = np.sum([contact.overlap for contact in self.tools.values()], axis=0)
+        return self.sheet.flattened + np.where(self.pinched, overlap, 0.0)
+
+    @property
+    def pinched(self):
+        """Whether each node touches two tools or more, (n,)."""
+        return np.sum([contact.touching for contact in self.tools.values()], axis=0) > 1
 
     def groups(self):
         """Its sets of arrays by the names they are stored under."""
@@ -166,6 +174,7 @@ def new_sheet(points, n_slopes, n_points, n_history=0, tangents=True):
         thickness_strain=np.zeros(n_points),
         second_stress=np.zeros((n_points, 3)),
         tangent=np.zeros((n_points if tangents else 0, 3, 3)),
+        flattened=np.zeros(len(points)),
         internal=np.zeros((n_rows, 3)),
         external=np.zeros((n_rows, 3)),
         n_nodes=len(points),

@@ -30,6 +30,8 @@ FACETS = 6  # of the quarter circle
 TRAVEL, STEPS = 40.0, 50
 HORIZONTAL = 2.0 * MU * HOLDER_FORCE
 STEEL = Material(206000.0, 0.3, VonMises(), Voce(2000.0, 0.0, 1.0))  # stays elastic
+STIFFNESS = STEEL.young / (1.0 - STEEL.poisson**2) * THICKNESS * WIDTH  # N per strain; its width is held
+STRETCHES = 4  # rounds in which tensions and lengths settle, each to a hundredth
 
 
 # The strip
@@ -41,27 +43,28 @@ def bend_radius(count):
 
 
 def path(s, bend):
-    """Points (n, 2) x, z of the mid-plane at lengths s (n,) [mm] along it: flat up to 0, the bend, the wall."""
+    """Points (..., 2) x, z of the mid-plane at lengths s (...) [mm] along it: flat up to 0, the bend, the wall."""
     s = np.asarray(s, float)
     phi = np.clip(s / bend, 0.0, 0.5 * np.pi)
     x = np.minimum(s, 0.0) + bend * np.sin(phi)
     z = 0.5 * THICKNESS - bend * (1.0 - np.cos(phi)) - np.maximum(s - 0.5 * np.pi * bend, 0.0)
-    return np.column_stack([x, z])
+    return np.stack([x, z], axis=-1)
 
 
-def nodes_on_path(first, bend, n):
-    """Lengths (n,) along the path of nodes one element apart in a straight line, the foremost at `first`."""
-    found = [first]
-    while len(found) < n:
+def nodes_on_path(first, bend, sizes):
+    """Lengths (..., n + 1) along the path of nodes that are sizes (..., n) [mm] apart in a straight line, the foremost
+    at `first` (...), the others behind it."""
+    found = [np.asarray(first, float)]
+    for size in np.moveaxis(sizes, -1, 0):
         # The node behind: nearer along the path than 1.2 elements; halving.
-        low, high = found[-1] - 1.2 * SIZE, found[-1]
-        here = path([high], bend)
+        low, high = found[-1] - 1.2 * size, found[-1]
+        here = path(high, bend)
         for _ in range(60):
             middle = 0.5 * (low + high)
-            far = np.linalg.norm(path([middle], bend) - here) > SIZE
-            low, high = (middle, high) if far else (low, middle)
+            far = np.linalg.norm(path(middle, bend) - here, axis=-1) > size
+            low, high = np.where(far, middle, low), np.where(far, high, middle)
         found.append(0.5 * (low + high))
-    return np.array(found)
+    return np.stack(found, axis=-1)
 
 
 def strip_mesh(points):
@@ -102,7 +105,7 @@ def strip_scene(count, kind="exact", pull="down", element=None):
     lead = 0.5 * np.pi * bend + 1.3 * SIZE if pull == "down" else 1.3 * SIZE
     n = round(LENGTH / SIZE) + 1 + int(np.ceil(lead / SIZE))
     if pull == "down":
-        mesh, move = strip_mesh(path(nodes_on_path(lead, bend, n), bend)), (None, None, -TRAVEL)
+        mesh, move = strip_mesh(path(nodes_on_path(lead, bend, np.full(n - 1, SIZE)), bend)), (None, None, -TRAVEL)
     else:
         flat = np.column_stack([lead - SIZE * np.arange(n), np.full(n, 0.5 * THICKNESS)])
         mesh, move = strip_mesh(flat), (TRAVEL, None, None)
@@ -128,21 +131,23 @@ def pull_out(count, kind="exact", pull="down", element=None, torsion=3e-4):
 # What a strip of elements takes exactly
 
 
-def exact_force(first, bend):
-    """F_V [N] of an inextensible strip of elements whose foremost node is at a length `first` along the path."""
-    s = nodes_on_path(first, bend, 3 + int(np.ceil((first + SIZE) / SIZE)))[::-1]
-    legs = np.diff(path(s, bend), axis=0)
-    angle = np.arctan2(-legs[:, 1], legs[:, 0])
-    phi = np.clip(s[1:-1] / bend, 0.0, 0.5 * np.pi)
-    a, b = phi - angle[:-1], angle[1:] - phi
-    return HORIZONTAL * np.prod((np.cos(a) + MU * np.sin(a)) / (np.cos(b) - MU * np.sin(b)))
-
-
 def exact_forces(travel, count):
-    """F_V (n,) at travels (n,) [mm]: the ripple with which nodes enter and leave the bend."""
+    """F_V (m,) [N] of a strip of elements at travels (m,) [mm], each element as much longer as its tension makes it:
+    with the ripple with which nodes enter and leave the bend."""
     bend = bend_radius(count)
-    lead = 0.5 * np.pi * bend + 1.3 * SIZE
-    return np.array([exact_force(lead + x, bend) for x in travel])
+    first = 0.5 * np.pi * bend + 1.3 * SIZE + np.asarray(travel, float)  # along the path, of the foremost node
+    n = 2 + int(np.ceil(first.max() / SIZE))
+    tension = np.full((len(first), n), HORIZONTAL)  # from the hindmost element on
+    for _ in range(STRETCHES):
+        sizes = SIZE * (1.0 + tension / STIFFNESS)
+        s = nodes_on_path(first, bend, sizes[:, ::-1])[:, ::-1]
+        legs = np.diff(path(s, bend), axis=1)
+        angle = np.arctan2(-legs[..., 1], legs[..., 0])
+        phi = np.clip(s[:, 1:-1] / bend, 0.0, 0.5 * np.pi)
+        a, b = phi - angle[:, :-1], angle[:, 1:] - phi
+        ratio = (np.cos(a) + MU * np.sin(a)) / (np.cos(b) - MU * np.sin(b))
+        tension[:, 1:] = HORIZONTAL * np.cumprod(ratio, axis=1)
+    return tension[:, -1]
 
 
 def mean_and_ripple(travel, force, start):

@@ -5,7 +5,8 @@ Forces and stiffnesses are per node (pressure times tributary area). Symbols: d 
 to the tool, n the tool's normal, h its Hessian hess d = sum kappa/(1 + kappa d) e e^T; g = d - t/2 gap;
 kn, kt normal and tangential stiffness [N/mm]; lam multiplier of the augmented Lagrangian [N];
 N = <lam - kn g> normal force, with <> rounded over a skin of a small part of the thickness (one quadratic
-piece) so that its slope is continuous; tau friction force on the sheet, du displacement of the node relative to the
+piece) so that its slope is continuous, and eased beyond the flow force of a node pinched between two tools
+(flattening.py); tau friction force on the sheet, du displacement of the node relative to the
 tool over the increment. tau is carried from the old normal to the new one by the smallest rotation
 that takes one to the other, then trial = R tau_old - kt (1 - n n^T) du, kept inside the circle mu N. Where mu follows
 pressure and sliding speed v = |(1 - n n^T) du| / lapse (friction.py), the circle's radius has slopes by both.
@@ -19,6 +20,7 @@ from numba import njit, prange
 from .friction import friction_limit, law_at
 
 OPEN, STICK, SLIP = 0, 1, 2
+EASE = 0.02  # of the contact's stiffness, that is left of it where the metal flows
 
 
 @njit(forceinline=True)
@@ -39,14 +41,17 @@ def dot(a, b):
 
 
 @njit(forceinline=True)
-def normal_law(trial, band, held):
+def normal_law(trial, band, held, flow):
     """Normal force and its slope for trial = lam - kn g: the positive part, rounded where |trial| < band.
-    held : the node may pull at its tool."""
-    if trial >= band:
-        return trial, 1.0
+    held : the node may pull at its tool; flow : force beyond which the metal gives way."""
+    force, slope = trial, 1.0
     if trial <= -band:
-        return (trial + band, 1.0) if held else (0.0, 0.0)
-    return (trial + band) ** 2 / (4.0 * band), 0.5 * (trial + band) / band
+        force, slope = (trial + band, 1.0) if held else (0.0, 0.0)
+    elif trial < band:
+        force, slope = (trial + band) ** 2 / (4.0 * band), 0.5 * (trial + band) / band
+    if force > flow:
+        return flow + EASE * (force - flow), EASE * slope
+    return force, slope
 
 
 def normal_slope(trial, band, held):
@@ -60,10 +65,10 @@ def trial_of(force, band):
 
 
 @njit(forceinline=True)
-def node_force(gap, n, h, lam, kn, kt, mu, laws, face, node, skin, tau_old, n_old, du, held, tau, stiffness):
+def node_force(gap, n, h, lam, kn, kt, flow, mu, laws, face, node, skin, tau_old, n_old, du, held, tau, stiffness):
     """Force of one touching node. Fills tau (3,) and stiffness (3, 3) = - d(N n + tau)/dx; returns N and
     the state. held : the node may pull at its tool. laws : in place of mu, or None; compiled apart for each."""
-    normal_force, slope = normal_law(lam - kn * gap, kn * skin, held)
+    normal_force, slope = normal_law(lam - kn * gap, kn * skin, held, flow)
     kn = slope * kn
     for i in range(3):
         for j in range(3):
@@ -126,14 +131,14 @@ def node_force(gap, n, h, lam, kn, kt, mu, laws, face, node, skin, tau_old, n_ol
 
 @njit(parallel=True, cache=True)
 def contact_forces(
-    near, distance, normal, curvature, direction, face, half_thickness, skin, first, lam, kn, kt, mu, laws,
+    near, distance, normal, curvature, direction, face, half_thickness, skin, first, lam, kn, kt, flow, mu, laws,
     tau_old, n_old, state_old, x, x_old, force, stiffness, normal_force, tau, n_new, gap, state,
 ):  # fmt: skip
     """Adds the contact forces of one tool.
 
     near : (k,) node ids; distance (k,), normal (k, 3), curvature (k, 2), direction (k, 3), face (k,) of their feet
     mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
-    half_thickness (n,), lam (n,), kn (n,), kt (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
+    half_thickness (n,), lam (n,), kn (n,), kt (n,), flow (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
     skin : half the width of the gap over which the force sets in [mm]
     first : at an increment's first evaluation the nodes that touched before still do, so that the tangent
     knows them; x (n, 3); x_old (n, 3) at the increment's start, carried along with the tool
@@ -155,8 +160,8 @@ def contact_forces(
             # A new contact has no old normal, and no friction force to carry.
             n_start[c] = normal[k, c] if state_old[node] == OPEN else n_old[node, c]
         normal_force[node], state[node] = node_force(
-            gap[node], normal[k], h, lam[node], kn[node], kt[node], mu, laws, face[k], node, skin, tau_old[node],
-            n_start, du, held, tau[node], stiffness[node],
+            gap[node], normal[k], h, lam[node], kn[node], kt[node], flow[node], mu, laws, face[k], node, skin,
+            tau_old[node], n_start, du, held, tau[node], stiffness[node],
         )  # fmt: skip
         for c in range(3):
             n_new[node, c] = normal[k, c]

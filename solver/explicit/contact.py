@@ -138,10 +138,12 @@ def meet_tool(
 
 
 @njit(cache=True)
-def contact_work(near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis, dtm, mass, free, impulse):
-    """Adds the impulse on the tool (3,) [N s]. Returns the work of the tool, and of what holds its nodes, lost in
-    contact, lost in friction [mJ], the force on the sheet along the tool's axis [N], mass of the touching nodes
-    [tonne].
+def contact_work(
+    near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis, dtm, mass, free, impulse, pressing,
+):  # fmt: skip
+    """Adds the impulse on the tool (3,) and the normal one on its nodes, pressing (n,) [N s]. Returns the work of the
+    tool, and of what holds its nodes, lost in contact, lost in friction [mJ], the force on the sheet along the tool's
+    axis [N], mass of the touching nodes [tonne].
 
     lost : (n,) mJ, or BY_PATH; u_new : (n, 3) where the nodes are
     """
@@ -153,6 +155,7 @@ def contact_work(near, normal_force, normal, tau, lost, v, v_new, u_new, w, axis
         if pressed == 0.0:
             continue
         touching += mass[node]
+        pressing[node] += pressed * dtm
         tool, n, rub = velocity_at(w, u_new[node]), row(normal, node), row(tau, node)
         force = (pressed * n[0] + rub[0], pressed * n[1] + rub[1], pressed * n[2] + rub[2])
         total = (total[0] + force[0], total[1] + force[1], total[2] + force[2])
@@ -211,6 +214,7 @@ class ToolContact:
         self.reaction, self.bounce = self.reacted(x, touching, float(contact.force @ run.axis), sheet[touching].sum())
         self.bounce_before = self.bounce
         self.impulse = np.zeros(3)  # on the tool since the last record [N s]
+        self.pressing = np.zeros(n)  # normal one on the nodes since the sheet last gave way to it (flattening.py) [N s]
 
     @property
     def velocity(self):
@@ -338,7 +342,7 @@ class ToolContact:
         for foot, nodes in feet:
             driven, collided, rubbed, push, held = contact_work(
                 nodes, foot.normal_force, foot.normal, foot.friction_force, self.lost, v, v_new, u_new, self.w,
-                self.run.axis, dtm, self.mass, self.free, self.impulse,
+                self.run.axis, dtm, self.mass, self.free, self.impulse, self.pressing,
             )  # fmt: skip
             sums["external"] += driven
             sums["contact"] += collided

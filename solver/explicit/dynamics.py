@@ -6,6 +6,7 @@ import numpy as np
 
 from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import load_on, to_tool
+from ..contact.flattening import flow_forces
 from ..elements.assembly import gather_thickness
 from ..energy import NAMES
 from ..implicit.increments import NEGLIGIBLE
@@ -28,6 +29,9 @@ AIMS = 3  # times that mass is added for a target step, which no triangle alone 
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
 SLIGHT = 1e-3  # overlap at a stage's start, relative to the thickness, that contact takes away at once
+LEAST_FLOW = 0.25  # of the initial yield stress, on a node's initial area: no pinched node flows below
+MOST_FLAT = 0.5  # of the thickness: the run ends with the next record
+YIELDING = 0.2  # part by which metal pressed too hard gives way at once: its neighbours may come to help
 STOP = 0.05  # stiffness of a tool's stop or of a drawbead, relative to the mass it meets over the square of the step
 
 
@@ -113,6 +117,7 @@ class Dynamics:
         self.work = dict.fromkeys(NAMES, 0.0)
         self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
         self.count = self.looked = self.begun = 0
+        self.pressed = 0.0  # time in which tools have pressed since the sheet last gave way to them [s]
         self.relaxation = None
         if relaxes:
             self.relaxation = Relaxation(sheet, self.mass, self.fixed, state.sheet.u, self.limit, self.pacing.duration)
@@ -167,6 +172,7 @@ class Dynamics:
     def gather_half(self):
         """Half the thickness at the nodes, without its elastic part."""
         gather_thickness(self.passes.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
+        self.half -= self.state.sheet.flattened
         self.half *= 0.5
 
     def measure_areas(self):
@@ -174,6 +180,20 @@ class Dynamics:
         for tool in self.tools:
             if tool.run.laws is not None:
                 tool.run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half
+
+    def flatten(self):
+        """Let pinched nodes give way to what has pressed them beyond their flow force in the last steps."""
+        if len(self.tools) > 1 and self.pressed > 0.0:
+            sheet, state = self.sheet, self.state.sheet
+            pressed = np.sort([tool.pressing for tool in self.tools], axis=0)[-2] / self.pressed
+            hard = pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
+            if hard.any():
+                over = np.maximum(pressed - flow_forces(sheet, state, self.half), 0.0)
+                state.flattened += YIELDING * over * self.limit**2 / self.mass[: len(over)]
+                np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
+        for tool in self.tools:
+            tool.pressing[:] = 0.0
+        self.pressed = 0.0
 
     def measure_overlap(self):
         """How deep nodes lie in tools they do not touch yet (n,) [mm], as those of a part that has sprung back: the
@@ -275,6 +295,7 @@ class Dynamics:
         )  # fmt: skip
         half = self.half if time >= 0.0 or not self.overlap.any() else self.half - (1.0 - ready) * self.overlap
         touch_tools(self.tools, sheet.u, self.v, half, dt, dtm, self.u_new, self.v_new, self.work)
+        self.pressed += dtm
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -288,6 +309,7 @@ class Dynamics:
             ratio = self.passes.ratio if self.begun else None
             self.sheet.elements.begin(sheet, self.sheet.blank.material, self.method, ratio)
             self.measure_areas()
+            self.flatten()
         self.work["internal"] += self.passes.step(sheet, keeps, (self.begun + 1) % BEGIN == 0)
         self.gather_half()
         kinetic, outside, damped = self.sums.sum(axis=0)
@@ -333,6 +355,7 @@ class Dynamics:
         """Work since the last record, {name: mJ}; the contacts' states are finished. The elements begin anew, as they
         do where a run resumes from here."""
         self.begun = 0
+        self.flatten()
         for tool in self.tools:
             tool.record(self.half, span)
         self.work["kinetic"] = self.kinetic - self.kinetic_recorded

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contact.flattening import pressed_flat
 from ..energy import NAMES
 from ..errors import StepFailed
 from ..implicit.increments import March
@@ -108,6 +109,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
                 f"stage {stage.name!r} at {100 * fraction:.2f} %: energy drifts by {100 * drift:.1f} % of the work "
                 f"done, limit {100 * method.drift:g} %; lower safety below {method.safety:g}"
             )
+        if flat := pressed_flat(sheet, new):
+            raise StepFailed(f"stage {stage.name!r} at {100 * max(fraction, 0.0):.2f} %: {flat}; lower the load")
         settles = relaxation is not None and fraction == end and not (place.settles and relaxation.at_rest)
         if settles and relaxation.elapsed > relaxation.patience:
             raise StepFailed(

@@ -12,6 +12,7 @@ import numpy as np
 from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import balance, borders, carried, to_space, to_tool
 from ..contact.feet import sort_feet
+from ..contact.flattening import flow_forces, give_way
 from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.put_back import LANDING, foresee, put_back
 from ..elements.assembly import gather_blocks, gather_forces
@@ -44,7 +45,8 @@ class Equilibrium:
         m, k = elements.slots.shape
         size = k + 2 * elements.n_translations
         self.skin = method.skin * sheet.blank.thickness
-        self.half_thickness = np.empty(n)
+        self.half_thickness, self.flow_forces, self.flow = np.empty(n), np.full(n, np.inf), np.empty(n)
+        self.pinched = np.zeros(n, dtype=bool)  # at some time of the increment
         self.loads = Loads(sheet, stage)
         self.beads, self.uplifts = build_beads(stage, sheet, method), {}
         self.slot_force, self.stiffness = np.empty((m, k, 3)), np.empty((m, size, size))
@@ -77,7 +79,10 @@ class Equilibrium:
     def begin(self, old, new, width=0.0):
         """Finish the prediction and freeze what an increment takes from its start. width : of it, as a fraction of the
         stage; 0 keeps the time of the last one"""
-        self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet.thickness_strain)
+        self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet)
+        if len(self.tools) > 1:
+            self.flow_forces = flow_forces(self.sheet, old.sheet, self.half_thickness)
+            self.pinched = old.pinched
         for run in self.tools:
             if run.laws is not None:
                 # The sheet's volume is constant.
@@ -147,6 +152,9 @@ class Equilibrium:
         gather_forces(self.slot_force, *self.sheet.pattern.rows, sheet.internal)
         self._load(NO_STIFFNESS)
         self.contact[:] = 0.0
+        if len(self.tools) > 1:
+            self.pinched = self.pinched | new.pinched
+        self.flow[:] = np.where(self.pinched, self.flow_forces, np.inf)
         for run in self.tools:
             self._touch(run, old, new)
         residual = sheet.external - sheet.internal
@@ -197,11 +205,16 @@ class Equilibrium:
             friction, normal = friction @ turned.T, normal @ turned.T
         contact_forces(
             nodes, hit.distance, hit.normal, hit.curvature, hit.direction, hit.face, self.half_thickness, self.skin,
-            self.first, after.multiplier, run.kn, run.kt, run.tool.mu, run.laws, friction, normal,
+            self.first, after.multiplier, run.kn, run.kt, self.flow, run.tool.mu, run.laws, friction, normal,
             before.status, x, x_old, self.contact, self.foot_blocks, after.normal_force, after.friction_force,
             after.normal, after.gap, after.status,
         )  # fmt: skip
         blocks += self.foot_blocks
+
+    def flatten(self, new):
+        """Let what pinched nodes have given way under their flow force be for good."""
+        if self.pinched.any():
+            new.sheet.flattened += give_way(new.tools.values(), self.flow, self.tools[0].kn, self.skin)
 
     def lost_in_beads(self, old, new):
         """Work that drawbeads take over an increment [mJ]."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contact.flattening import pressed_flat
 from ..elements.formulation import Membrane
 from ..energy import work_of
 from ..errors import StepFailed
@@ -115,11 +116,13 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             cuts += 1
             log.info("cut back at %.4f + %.2e: %s; residuals %s", place.fraction, width, outcome.reason, trail)
             place = retreat(place, width, least, inertia, outcome.snaps)
-            if place.mass == np.inf:
-                raise failure(stage, sheet, place, f"{outcome.reason}, also with inertia")
+            flat = pressed_flat(sheet, new) if place.mass is not None else ""
+            if flat or place.mass == np.inf:
+                raise failure(stage, sheet, place, flat or f"{outcome.reason}, also with inertia")
             continue
         kind = f"{width:.1e} with inertia" if outcome.dynamic else "static"
         log.info("fraction %.4f (%s): %d iterations, residuals %s", fraction, kind, outcome.iterations, trail)
+        equilibrium.flatten(new)
         work = work_of(sheet, old, new, tools)
         rubbed = equilibrium.lost_in_beads(old, new)
         work["friction"] += rubbed
@@ -138,6 +141,8 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         if fraction == end and not place.settles:
             place = place._replace(fraction=1.0)  # springback ends with what is relieved
         yield Accepted(place, outcome, cuts, work)
+        if flat := pressed_flat(sheet, new):
+            raise failure(stage, sheet, place, flat)
         if astray > PATIENCE:
             reason = f"the sheet finds no rest since {100 * max(rested, 0.0):.2f} %, and steps no longer lead on"
             raise failure(stage, sheet, place, reason)

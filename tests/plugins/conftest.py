@@ -69,6 +69,7 @@ def fake_frame(mesh, depth, increment):
             "contact_gap": np.abs(points[:, 2]),
             "contact_pressure": np.linspace(0.0, 5.0, n_nodes),
             "friction_traction": np.zeros((n_nodes, 3)),
+            "squeeze": np.zeros(n_nodes),
             "contact_tool": np.full(n_nodes, -1),
         },
         cell_fields={

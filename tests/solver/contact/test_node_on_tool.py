@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from solver.contact.node_on_tool import OPEN, SLIP, STICK, contact_forces, hessian_of_distance
+from solver.contact.node_on_tool import EASE, OPEN, SLIP, STICK, contact_forces, hessian_of_distance
 from tests.solver.lattice import Ball, Bar, Plane
 
 TOOLS = {
@@ -22,7 +22,7 @@ def near_skin(tool, rng, gap):
     return hit.point + (0.4 + gap) * hit.normal
 
 
-def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None):
+def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None, flow=np.inf):
     """Contact force (3,), stiffness (3, 3), status and friction of one node of a sheet 0.8 mm thick."""
     hit = tool.project(x - travel)
     one = np.ones(1)
@@ -30,16 +30,16 @@ def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None):
     normal_force, gap, state = np.zeros(1), np.zeros(1), np.zeros(1, np.int64)
     contact_forces(
         np.zeros(1, np.int64), hit.distance, hit.normal, hit.curvature, hit.direction, hit.face, 0.4 * one, 1e-12,
-        False, lam * one, KN * one, KT * one, mu, laws, *before, x, x_old + move, f, k, normal_force, tau, n_new, gap,
-        state,
+        False, lam * one, KN * one, KT * one, flow * one, mu, laws, *before, x, x_old + move, f, k, normal_force, tau,
+        n_new, gap, state,
     )  # fmt: skip
     return f[0], k[0], state[0], tau[0], normal_force[0]
 
 
-@pytest.mark.parametrize("lam", [0.0, 80.0])
+@pytest.mark.parametrize("lam, flow", [(0.0, np.inf), (80.0, np.inf), (0.0, 90.0)])
 @pytest.mark.parametrize("status", [STICK, SLIP])
 @pytest.mark.parametrize("name", TOOLS)
-def test_tangent_of_normal_and_friction_force(name, status, lam):
+def test_tangent_of_normal_and_friction_force(name, status, lam, flow):
     tool, rng = TOOLS[name], np.random.default_rng(7)
     for _ in range(5):
         x_old = near_skin(tool, rng, -2e-3)
@@ -52,19 +52,34 @@ def test_tangent_of_normal_and_friction_force(name, status, lam):
         move = np.array([0.001, -0.002, 0.0005]) * (0.1 if status == STICK else 1.0)
         tau_old = 5.0 * np.cross(n_old, [[0.3, 0.5, 0.1]])
         before = tau_old, n_old, np.array([STICK])
-        f, k, state, tau, normal_force = force(tool, x, x_old, move, np.zeros(3), before, 0.3, lam)
+        f, k, state, tau, normal_force = force(tool, x, x_old, move, np.zeros(3), before, 0.3, lam, flow=flow)
         assert state == status
         assert abs(tau @ tool.project(x).normal[0]) < 1e-9 * np.linalg.norm(f)
         assert np.linalg.norm(tau) <= 0.3 * normal_force * (1 + 1e-12)
+        assert (normal_force > flow) == np.isfinite(flow)
         step = 1e-7
         numeric = np.empty((3, 3))
         for c in range(3):
             e = np.zeros((1, 3))
             e[0, c] = step
-            up = force(tool, x + e, x_old, move, np.zeros(3), before, 0.3, lam)[0]
-            down = force(tool, x - e, x_old, move, np.zeros(3), before, 0.3, lam)[0]
+            up = force(tool, x + e, x_old, move, np.zeros(3), before, 0.3, lam, flow=flow)[0]
+            down = force(tool, x - e, x_old, move, np.zeros(3), before, 0.3, lam, flow=flow)[0]
             numeric[:, c] = -(up - down) / (2 * step)
         assert k == pytest.approx(numeric, abs=2e-6 * KN)
+
+
+def test_a_node_of_metal_that_flows_bears_hardly_more():
+    def pressed(overlap, flow):
+        x = np.array([[0.0, 0.0, 0.4 - overlap]])
+        nothing = np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(1, np.int64)
+        return force(Plane(), x, x, np.zeros(3), np.zeros(3), nothing, 0.0, flow=flow)[4]
+
+    flow = 100.0
+    least = flow / KN  # overlap at which it begins
+    assert pressed(0.5 * least, flow) == pytest.approx(0.5 * flow)
+    assert pressed(least, flow) == pytest.approx(flow)
+    assert pressed(3.0 * least, flow) == pytest.approx((1.0 + 2.0 * EASE) * flow)
+    assert pressed(3.0 * least, np.inf) == pytest.approx(3.0 * flow)
 
 
 def near_surface(tool, x, gap):

@@ -1,0 +1,87 @@
+"""Metal between two tools, pressed beyond its flow stress, in both solvers."""
+
+import re
+
+import numpy as np
+import pytest
+
+from solver import (
+    Blank,
+    Explicit,
+    Implicit,
+    Increments,
+    Material,
+    Membrane,
+    PlanarHill,
+    Scene,
+    Shell,
+    Stage,
+    Swift,
+    Tool,
+    form,
+)
+from solver.materials.through_thickness import flow_pressure
+from tests.solver.lattice import Ball, Plane, square
+
+STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589))
+FINE = Implicit(increments=Increments(first=1e-3, largest=1e-3))
+STIFFNESS = 0.5 * FINE.penalty * STEEL.young * 1.0 / 2.5**2  # of the whole thickness, 1 mm, on a mesh of 2.5 [MPa/mm]
+SKIN = 2.0 * FINE.skin
+
+
+def sheet(n=8, length=20.0, element=None):
+    """Held in its plane: what tools press out of it goes nowhere."""
+    mesh = square(n, length)
+    mesh.groups = {"all": np.arange(len(mesh.points))}
+    return Blank(mesh, 1.0, STEEL, element or Membrane(), fixed={"all": "xy"})
+
+
+def borne(squeeze, stiffness=STIFFNESS):
+    """Pressure [MPa] of a sheet 1 mm thick that is pressed thinner by squeeze (n,) [mm], for good and elastically."""
+    strain, flow = flow_pressure(STEEL)
+    given = np.linspace(0.0, 0.1, 20001)
+    pressure = np.interp(given, strain, flow)
+    flowing = np.interp(squeeze, given + pressure / stiffness, pressure)
+    return np.minimum(np.maximum(stiffness * squeeze, 0.0), flowing)
+
+
+def test_a_pressed_sheet_bears_its_flow_stress_and_stays_as_thin_as_it_was_pressed():
+    deep = 0.03
+    die, top = Tool("DIE", Plane((0.0, 0.0, -0.5))), Plane((0.0, 0.0, 0.5), (0, 0, -1))
+    punch = Tool("PUNCH", top, axis=(0, 0, -1), travel=deep)
+    feeler = Tool("FEELER", top, axis=(0, 0, -1), force=10.0)
+    results = form(Scene(sheet(), [Stage([die, punch], name="press"), Stage([die, feeler], name="feel")]), FINE)
+    history = {name: np.array(values) for name, values in results.history.items()}
+    pressing = history["stage"] == "press"
+    way, pressure = history["travel_PUNCH"][pressing], np.abs(history["force_PUNCH"][pressing]) / 400.0
+    assert len(way) > 20
+    # Contact sets in over its skin, and hardening counts from the increment's end on.
+    flows = way > 0.01
+    assert pressure[flows] == pytest.approx(borne(way[flows]), rel=0.02)
+    # What is elastic comes back: a tool that hardly presses finds the rest.
+    left = deep - borne(np.array([deep]))[0] / STIFFNESS
+    assert history["travel_FEELER"][-1] == pytest.approx(left, abs=SKIN)
+    assert history["squeeze_max"][-1] == pytest.approx(left, abs=SKIN)
+
+
+@pytest.mark.parametrize("element", [Membrane(), Shell(5)], ids=["membrane", "shell"])
+@pytest.mark.parametrize("method", [FINE, Explicit()], ids=["implicit", "explicit"])
+def test_what_rests_on_one_node_sinks_until_others_bear_with_it(method, element):
+    """A ball of 500 mm pressed into a sheet on a plane, node by node."""
+    blank, radius, deep = sheet(element=element), 500.0, 0.03
+    middle = np.array([10.0, 10.0])
+    die = Tool("DIE", Plane((0.0, 0.0, -0.5)))
+    ball = Tool("BALL", Ball((*middle, 0.5 + radius), radius), axis=(0, 0, -1), travel=deep)
+    results = form(Scene(blank, [Stage([die, ball])]), method, frames=2)
+    sag = np.sum((blank.mesh.points[:, :2] - middle) ** 2, axis=1) / (2.0 * radius)
+    stiffness = STIFFNESS
+    if method is not FINE:  # that of a node's mass over the square of the step
+        step = float(re.search(r"steps of (\S+) s", results.notes[0])[1])
+        stiffness = STEEL.density * 1.0 / step**2
+    expected, found = borne(deep - sag, stiffness), results.frames[-1].point_fields["contact_pressure"]
+    flows = deep - sag > 0.004
+    assert flows.sum() == 13
+    assert found[flows] == pytest.approx(expected[flows], rel=0.03 if method is FINE else 0.05)
+    # Those next to them feel the skin over which contact sets in.
+    assert (found[~flows] < 0.25 * expected.max()).all()
+    assert found[sag > deep + SKIN] == pytest.approx(0.0, abs=1e-4 * expected.max())
