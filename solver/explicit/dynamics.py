@@ -356,6 +356,7 @@ class Dynamics:
         do where a run resumes from here."""
         self.begun = 0
         self.flatten()
+        self.gather_half()
         for tool in self.tools:
             tool.record(self.half, span)
         self.work["kinetic"] = self.kinetic - self.kinetic_recorded

@@ -85,3 +85,26 @@ def test_what_rests_on_one_node_sinks_until_others_bear_with_it(method, element)
     # Those next to them feel the skin over which contact sets in.
     assert (found[~flows] < 0.25 * expected.max()).all()
     assert found[sag > deep + SKIN] == pytest.approx(0.0, abs=1e-4 * expected.max())
+
+
+@pytest.mark.parametrize("method", [FINE, Explicit()], ids=["implicit", "explicit"])
+def test_a_run_that_resumes_knows_how_far_its_sheet_was_flattened(method, tmp_path):
+    die = Tool("DIE", Plane((0.0, 0.0, -0.5)))
+    ball = Tool("BALL", Ball((10.0, 10.0, 500.5), 500.0), axis=(0, 0, -1), travel=0.03)
+    scene = Scene(sheet(), [Stage([die, ball])])
+    whole = form(scene, method, frames=4)
+
+    class Stopped(Exception):
+        pass
+
+    def stop(progress):
+        if progress.stroke > 0.02:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        form(scene, method, save=tmp_path / "run.pvd", frames=4, watch=stop)
+    rest = form(scene, method, save=tmp_path / "run.pvd", frames=4, resume=True)
+    for name in ("squeeze", "contact_pressure"):
+        ends = [results.frames[-1].point_fields[name] for results in (rest, whole)]
+        assert ends[0] == pytest.approx(ends[1], rel=1e-6, abs=1e-9)
+    assert whole.frames[-1].point_fields["squeeze"].max() > 0.02
