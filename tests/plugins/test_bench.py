@@ -102,8 +102,7 @@ def test_an_unknown_problem_is_one_line():
 def test_times_per_element():
     rows = bench_elements.rows(n_side=6, repeats=1)
     assert [row["element"] for row in rows] == list(bench_elements.ELEMENTS)
-    assert all(row["explicit"] > 0.0 and row["flowing"] > 0.5 for row in rows)
-    assert rows[2]["material"] > rows[0]["material"]
+    assert all(min(row["explicit"], row["material"]) > 0.0 and row["flowing"] > 0.5 for row in rows)
 
 
 def test_each_law_is_timed_on_every_element():
