@@ -17,7 +17,7 @@ class Frame:
 
     stroke : mm, travel of the leading tool over all stages so far (fraction of the stage where none travels)
     points : (n, 3) current mid-surface nodes [mm]
-    point_fields : displacement (n, 3) mm, contact_gap (n,) mm, contact_pressure (n,) MPa of the
+    point_fields : displacement (n, 3) mm, contact_gap (n,) mm from the squeezed skin, contact_pressure (n,) MPa of the
         tool that presses most, friction_traction (n, 3) MPa of all tools, contact_tool (n,) index of the nearest or -1,
         squeeze (n,) mm by which tools on both sides press the sheet thinner, of which the elements know nothing
     cell_fields : thickness (m,) mm, thinning (m,) 1, strain_major (m,), strain_minor (m,) log strains,

@@ -17,7 +17,10 @@ FLAT = 1.0 / 3.0  # of the thickness, by which tools press no sheet that is draw
 
 
 def flow_forces(sheet, state, half_thickness):
-    """F (n,) [N]. state : SheetState; half_thickness : (n,) [mm]"""
+    """F (n,) [N]. state : SheetState; half_thickness : (n,) that contact sees [mm]
+
+    What a node was pressed thinner hardens it by the strain s/t, as it does von Mises' metal.
+    """
     equivalent = np.empty(len(half_thickness))
     layers = state.equivalent.reshape(len(sheet.triangles.cells), -1)
     gather_thickness(layers @ sheet.elements.weight, sheet.triangles.area, *sheet.corners, equivalent)

@@ -138,7 +138,8 @@ def contact_forces(
 
     near : (k,) node ids; distance (k,), normal (k, 3), curvature (k, 2), direction (k, 3), face (k,) of their feet
     mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
-    half_thickness (n,), lam (n,), kn (n,), kt (n,), flow (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
+    half_thickness (n,), lam (n,), kn (n,), kt (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
+    flow : (n,) [N] beyond which the metal gives way, inf of nodes that no two tools touch
     skin : half the width of the gap over which the force sets in [mm]
     first : at an increment's first evaluation the nodes that touched before still do, so that the tangent
     knows them; x (n, 3); x_old (n, 3) at the increment's start, carried along with the tool

@@ -117,7 +117,7 @@ class Dynamics:
         self.work = dict.fromkeys(NAMES, 0.0)
         self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
         self.count = self.looked = self.begun = 0
-        self.pressed = 0.0  # time in which tools have pressed since the sheet last gave way to them [s]
+        self.span = 0.0  # time since the sheet last gave way to what presses it [s]
         self.relaxation = None
         if relaxes:
             self.relaxation = Relaxation(sheet, self.mass, self.fixed, state.sheet.u, self.limit, self.pacing.duration)
@@ -183,9 +183,9 @@ class Dynamics:
 
     def flatten(self):
         """Let pinched nodes give way to what has pressed them beyond their flow force in the last steps."""
-        if len(self.tools) > 1 and self.pressed > 0.0:
+        if len(self.tools) > 1 and self.span > 0.0:
             sheet, state = self.sheet, self.state.sheet
-            pressed = np.sort([tool.pressing for tool in self.tools], axis=0)[-2] / self.pressed
+            pressed = np.sort([tool.pressing for tool in self.tools], axis=0)[-2] / self.span
             hard = pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
             if hard.any():
                 over = np.maximum(pressed - flow_forces(sheet, state, self.half), 0.0)
@@ -193,7 +193,7 @@ class Dynamics:
                 np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
         for tool in self.tools:
             tool.pressing[:] = 0.0
-        self.pressed = 0.0
+        self.span = 0.0
 
     def measure_overlap(self):
         """How deep nodes lie in tools they do not touch yet (n,) [mm], as those of a part that has sprung back: the
@@ -295,7 +295,7 @@ class Dynamics:
         )  # fmt: skip
         half = self.half if time >= 0.0 or not self.overlap.any() else self.half - (1.0 - ready) * self.overlap
         touch_tools(self.tools, sheet.u, self.v, half, dt, dtm, self.u_new, self.v_new, self.work)
-        self.pressed += dtm
+        self.span += dtm
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]

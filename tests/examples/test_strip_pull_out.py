@@ -34,22 +34,18 @@ def test_the_exact_value_in_the_middle_of_a_long_bend_is_that_of_the_table():
     assert strip.exact_forces(travel, 60.0) == pytest.approx(1000.0 * np.exp(0.05 * np.pi), rel=1e-4)
 
 
-def test_the_exact_strip_balances_its_nodes_and_stretches():
-    """Stiff, its elements keep their length; else the tension in each makes it longer, by T / (E' t w)."""
-    x = np.array([5.3])
-    stretched, stiff = strip.exact_forces(x, 3.0)[0], strip.STIFFNESS
-    try:
-        strip.STIFFNESS = 1e30
-        rigid = strip.exact_forces(x, 3.0)[0]
-        s = strip.nodes_on_path(x, strip.bend_radius(3.0), np.full((1, 12), strip.SIZE))
-        legs = np.diff(strip.path(s, strip.bend_radius(3.0)), axis=1)
-        assert np.linalg.norm(legs, axis=-1) == pytest.approx(strip.SIZE, rel=1e-12)
-        strip.STIFFNESS = 0.5 * stiff
-        twice = strip.exact_forces(x, 3.0)[0]
-    finally:
-        strip.STIFFNESS = stiff
-    assert twice - rigid == pytest.approx(2.0 * (stretched - rigid), rel=0.05)
-    assert abs(stretched - rigid) > 0.1
+def test_the_exact_strip_stretches_in_proportion_to_its_softness(monkeypatch):
+    """Stiff, its elements keep their length; half as stiff, they stretch twice as much, and so much more it takes."""
+    x, forces = np.array([5.3]), {}
+    for softness in (0.0, 1.0, 2.0):
+        monkeypatch.setattr(strip, "STIFFNESS", strip.STIFFNESS / softness if softness else 1e30)
+        forces[softness] = strip.exact_forces(x, 3.0)[0]
+        monkeypatch.undo()
+    assert forces[2.0] - forces[0.0] == pytest.approx(2.0 * (forces[1.0] - forces[0.0]), rel=0.02)
+    assert abs(forces[1.0] - forces[0.0]) > 0.1
+    bend = strip.bend_radius(3.0)
+    legs = np.diff(strip.path(strip.nodes_on_path(x, bend, np.full((1, 12), strip.SIZE)), bend), axis=1)
+    assert np.linalg.norm(legs, axis=-1) == pytest.approx(strip.SIZE, rel=1e-12)
 
 
 def test_straight_out():

@@ -8,6 +8,7 @@ import pytest
 from solver import Blank, Coulomb, Explicit, Implicit, Scene, SceneError, Shell, Stage, StepFailed, Tool, form
 from solver.lay_in import lift_out
 from tests.solver.lattice import Bar, Corner, Plane
+from tests.solver.resuming import interrupted
 from tests.solver.strips import flat_strip
 from tests.solver.test_form import STEEL, punch_stretch
 
@@ -57,18 +58,10 @@ def test_a_sprung_part_is_struck_again(method):
 
 def test_a_run_resumes_in_a_restrike(tmp_path):
     scene = bent(Stage([HOME, DIE, BASE], name="restrike"), n=12)
-
-    class Stopped(Exception):
-        pass
-
-    def stop(progress):
-        if progress.stage == "restrike" and progress.stroke > 14.0:
-            raise Stopped
-
     whole = form(scene, frames=4)
-    with pytest.raises(Stopped):
-        form(scene, save=tmp_path / "u.pvd", frames=4, watch=stop)
-    rest = form(scene, save=tmp_path / "u.pvd", frames=4, resume=True)
+    rest = interrupted(
+        scene, None, tmp_path / "u.pvd", 4, lambda progress: progress.stage == "restrike" and progress.stroke > 14.0
+    )
     assert rest.history["stroke"][-1] == pytest.approx(whole.history["stroke"][-1], abs=1e-9)
     # Stroke and travel go on together: one is the other from the restrike's start on.
     struck = np.array(rest.history["stage"]) == "restrike"

@@ -33,6 +33,7 @@ from solver.contact.drawbead import locate
 from tests.solver.contact.test_drive import TIGHT, rotated
 from tests.solver.implicit.test_equilibrium import check_tangent, pressed_sheet
 from tests.solver.lattice import Plane, square
+from tests.solver.resuming import interrupted
 from tests.solver.strips import ELASTIC, pressed_strip
 
 STEEL = Material(206000.0, 0.3, VonMises(), Swift(565.32, 0.007117, 0.2589))
@@ -168,16 +169,7 @@ def test_a_run_with_a_bead_and_a_tilting_holder_resumes_from_its_checkpoint(tmp_
     scene = pressed_strip(Coulomb(0.1), holder=holder, drawbeads=[bead])
     whole = form(scene, frames=4)
 
-    class Stopped(Exception):
-        pass
-
-    def stop(progress):
-        if progress.fraction > 0.6:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        form(scene, save=tmp_path / "strip.pvd", frames=4, watch=stop)
-    rest = form(scene, save=tmp_path / "strip.pvd", frames=4, resume=True)
+    rest = interrupted(scene, None, tmp_path / "strip.pvd", 4, lambda progress: progress.fraction > 0.6)
     assert rest.finished
     for column in ("bead_B", "tilt_HOLDER", "reaction_front_x"):
         assert rest.history[column][-1] == pytest.approx(whole.history[column][-1], rel=1e-5)

@@ -20,8 +20,8 @@ from solver import (
     Tool,
     form,
 )
-from solver.materials.through_thickness import flow_pressure
 from tests.solver.lattice import Ball, Plane, square
+from tests.solver.resuming import interrupted
 
 STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589))
 FINE = Implicit(increments=Increments(first=1e-3, largest=1e-3))
@@ -38,9 +38,8 @@ def sheet(n=8, length=20.0, element=None):
 
 def borne(squeeze, stiffness=STIFFNESS):
     """Pressure [MPa] of a sheet 1 mm thick that is pressed thinner by squeeze (n,) [mm], for good and elastically."""
-    strain, flow = flow_pressure(STEEL)
     given = np.linspace(0.0, 0.1, 20001)
-    pressure = np.interp(given, strain, flow)
+    pressure = np.sqrt(0.5 * (1.0 + STEEL.locus.r)) * STEEL.hardening(given)
     flowing = np.interp(squeeze, given + pressure / stiffness, pressure)
     return np.minimum(np.maximum(stiffness * squeeze, 0.0), flowing)
 
@@ -57,7 +56,7 @@ def test_a_pressed_sheet_bears_its_flow_stress_and_stays_as_thin_as_it_was_press
     assert len(way) > 20
     # Contact sets in over its skin, and hardening counts from the increment's end on.
     flows = way > 0.01
-    assert pressure[flows] == pytest.approx(borne(way[flows]), rel=0.02)
+    assert pressure[flows] == pytest.approx(borne(way[flows]), rel=0.01)
     # What is elastic comes back: a tool that hardly presses finds the rest.
     left = deep - borne(np.array([deep]))[0] / STIFFNESS
     assert history["travel_FEELER"][-1] == pytest.approx(left, abs=SKIN)
@@ -81,7 +80,7 @@ def test_what_rests_on_one_node_sinks_until_others_bear_with_it(method, element)
     expected, found = borne(deep - sag, stiffness), results.frames[-1].point_fields["contact_pressure"]
     flows = deep - sag > 0.004
     assert flows.sum() == 13
-    assert found[flows] == pytest.approx(expected[flows], rel=0.03 if method is FINE else 0.05)
+    assert found[flows] == pytest.approx(expected[flows], rel=0.025 if method is FINE else 0.05)
     # Those next to them feel the skin over which contact sets in.
     assert (found[~flows] < 0.25 * expected.max()).all()
     assert found[sag > deep + SKIN] == pytest.approx(0.0, abs=1e-4 * expected.max())
@@ -93,17 +92,7 @@ def test_a_run_that_resumes_knows_how_far_its_sheet_was_flattened(method, tmp_pa
     ball = Tool("BALL", Ball((10.0, 10.0, 500.5), 500.0), axis=(0, 0, -1), travel=0.03)
     scene = Scene(sheet(), [Stage([die, ball])])
     whole = form(scene, method, frames=4)
-
-    class Stopped(Exception):
-        pass
-
-    def stop(progress):
-        if progress.stroke > 0.02:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        form(scene, method, save=tmp_path / "run.pvd", frames=4, watch=stop)
-    rest = form(scene, method, save=tmp_path / "run.pvd", frames=4, resume=True)
+    rest = interrupted(scene, method, tmp_path / "run.pvd", 4, lambda progress: progress.stroke > 0.02)
     for name in ("squeeze", "contact_pressure"):
         ends = [results.frames[-1].point_fields[name] for results in (rest, whole)]
         assert ends[0] == pytest.approx(ends[1], rel=1e-6, abs=1e-9)

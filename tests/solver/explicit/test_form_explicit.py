@@ -27,6 +27,7 @@ from solver import (
 )
 from solver.explicit import stable_step
 from tests.solver.lattice import Bar, Plane, square
+from tests.solver.resuming import interrupt
 from tests.solver.test_form import STEEL, punch_stretch
 from tests.solver.test_springback import strip
 
@@ -98,16 +99,8 @@ def test_a_run_resumes_from_its_checkpoint(tmp_path):
     scene, method = punch_stretch(size=4.0, travel=3.0), Explicit(waves=6.0)
     whole = form(scene, method, frames=4)
 
-    class Stopped(Exception):
-        pass
-
-    def stop(progress):
-        if progress.stroke > 1.6:
-            raise Stopped
-
     writer = tmp_path / "cup.pvd"
-    with pytest.raises(Stopped):
-        form(scene, method, save=writer, frames=4, watch=stop)
+    interrupt(scene, method, writer, 4, lambda progress: progress.stroke > 1.6)
     with pytest.raises(SceneError, match="expected the same method"):
         form(scene, Implicit(), save=writer, frames=4, resume=True)
     rest = form(scene, method, save=writer, frames=4, resume=True)

@@ -8,6 +8,7 @@ import pytest
 from solver import Blank, Coulomb, Explicit, Implicit, Material, Membrane, Scene, Shell, Stage, Tool, VonMises, form
 from tests.solver.explicit.patch import elastic
 from tests.solver.lattice import Bar, Plane
+from tests.solver.resuming import interrupted
 from tests.solver.strips import flat_strip
 from tests.solver.test_form import STEEL
 from tests.solver.test_springback import STEEL as MILD
@@ -57,19 +58,7 @@ def test_a_relaxing_stage_resumes_where_it_was(tmp_path, settling):
     stages = np.array(whole.history["stage"])
     records = np.flatnonzero(stages == stages[-1])
     last = records[-2] if settling else records[len(records) // 2]
-    seen = []
-
-    class Stopped(Exception):
-        pass
-
-    def stop(progress):
-        seen.append(progress)
-        if len(seen) == last + 1:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        form(scene, RELAX, save=tmp_path / "strip.pvd", frames=2, watch=stop)
-    rest = form(scene, RELAX, save=tmp_path / "strip.pvd", frames=2, resume=True)
+    rest = interrupted(scene, RELAX, tmp_path / "strip.pvd", 2, lambda progress: progress.increment == last + 1)
     assert rest.history["iterations"] == whole.history["iterations"]
     assert rest.frames[-1].points == pytest.approx(whole.frames[-1].points, abs=1e-9)
 

@@ -28,6 +28,7 @@ from solver.sheet import build_sheet
 from solver.state import State, new_contact, new_sheet
 from tests.solver.contact.test_drive import stack
 from tests.solver.lattice import Ball, Plane, square
+from tests.solver.resuming import interrupted
 
 # A yield stress names the time of a stage. A sheet between two plates has no energy of its own to hold a run's balance
 # against.
@@ -163,16 +164,7 @@ def test_a_tilting_run_resumes_with_its_spin(tmp_path):
     method = Explicit(waves=20.0, drift=1e3)
     whole = form(scene, method, frames=2)
 
-    class Stopped(Exception):
-        pass
-
-    def stop(progress):
-        if progress.stroke > 0.3:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        form(scene, method, save=tmp_path / "pad.pvd", frames=2, watch=stop)
-    rest = form(scene, method, save=tmp_path / "pad.pvd", frames=2, resume=True)
+    rest = interrupted(scene, method, tmp_path / "pad.pvd", 2, lambda progress: progress.stroke > 0.3)
     assert rest.finished
     # The same run, to round-off: projections start from other seeds. A pad that swings makes 1e-16 into 1e-4.
     assert rest.history["iterations"] == whole.history["iterations"]
