@@ -214,7 +214,7 @@ class ToolContact:
         self.reaction, self.bounce = self.reacted(x, touching, float(contact.force @ run.axis), sheet[touching].sum())
         self.bounce_before = self.bounce
         self.impulse = np.zeros(3)  # on the tool since the last record [N s]
-        self.pressing = np.zeros(n)  # normal one on the nodes since the sheet last gave way to it (flattening.py) [N s]
+        self.pressing = np.zeros(n)  # normal one on the nodes since the sheet last gave way to it (pinch.py) [N s]
 
     @property
     def velocity(self):
@@ -352,8 +352,9 @@ class ToolContact:
             self.bounce_before = self.bounce
             self.reaction, self.bounce = self.reacted(u_new, self.near, -along, touching)
 
-    def record(self, half_thickness, span):
-        """Finish the contact's state: its force is the mean over the span [s] since the last record."""
+    def record(self, half_thickness, squeeze, span):
+        """Finish the contact's state: its force is the mean over the span [s] since the last record. squeeze : elastic
+        one of what two tools pinch (n,) [mm], half of it at either: an implicit stage finds that force by it"""
         contact = self.contact
         contact.force[:] = self.impulse / span
         self.impulse[:] = 0.0
@@ -362,8 +363,8 @@ class ToolContact:
         contact.gap[far] = (self.run.neighbourhood.distance - half_thickness)[far]
         for foot in contact.feet:
             if self.law == KINEMATIC:
-                foot.gap[foot.status != OPEN] = 0.0
-            foot.multiplier[:] = foot.normal_force
+                foot.gap[:] = np.where(foot.status != OPEN, -0.5 * squeeze, foot.gap)
+            foot.multiplier[:] = np.maximum(foot.normal_force - 0.5 * self.run.kn * squeeze, 0.0)
 
 
 def touch_tools(tools, u, v, half_thickness, dt, dtm, u_new, v_new, sums):

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import load_on, to_tool
-from ..contact.flattening import flow_forces
 from ..elements.assembly import gather_thickness
 from ..energy import NAMES
 from ..implicit.increments import NEGLIGIBLE
@@ -18,6 +17,7 @@ from .contact import ToolContact, in_order, touch_tools
 from .laws import law_of
 from .mass import lengthened, lumped_masses, scaled_density, wave_steps
 from .pacing import pace
+from .pinch import Pinch
 from .relaxation import Relaxation
 from .sheet_pass import build_pass
 from .spring_damper import SpringDamper
@@ -29,9 +29,6 @@ AIMS = 3  # times that mass is added for a target step, which no triangle alone 
 BEGIN = 20  # steps for which the elements keep thickness ratio and inverse metric
 TOOL_MASS = 4.0  # of a tool driven by a force, over the sheet's: it bounces on it in 12 steps
 SLIGHT = 1e-3  # overlap at a stage's start, relative to the thickness, that contact takes away at once
-LEAST_FLOW = 0.25  # of the initial yield stress, on a node's initial area: no pinched node flows below
-MOST_FLAT = 0.5  # of the thickness: the run ends with the next record
-YIELDING = 0.2  # part by which metal pressed too hard gives way at once: its neighbours may come to help
 STOP = 0.05  # stiffness of a tool's stop or of a drawbead, relative to the mass it meets over the square of the step
 
 
@@ -63,7 +60,6 @@ class Dynamics:
         plastic = state.sheet.plastic
         self.passes, self.half = build_pass(sheet, state.sheet), np.empty(n)
         self.passes.thickness[:] = sheet.thickness(-plastic[:, 0] - plastic[:, 1])
-        self.gather_half()
         elements.begin(state.sheet, material, method)
         # Where rest is all that counts mass is free: no triangle need hold up the median.
         self.weigh(scaled_density(sheet, plain, np.inf if relaxes else method.scaled))
@@ -108,6 +104,8 @@ class Dynamics:
             for tool in self.tools
             if tool.run.drive is not None and tool.run.drive.stiffness > 0.0
         }
+        self.pinch = Pinch(sheet, state, self.tools, self.mass, self.limit)
+        self.gather_half()
         self.measure_areas()
         self.overlap = self.measure_overlap()
         self.v, self.v_new, self.u_new = begun.rate.copy(), np.zeros(self.fixed.shape), np.zeros(self.fixed.shape)
@@ -117,7 +115,6 @@ class Dynamics:
         self.work = dict.fromkeys(NAMES, 0.0)
         self.kinetic = self.kinetic_recorded = float(0.5 * np.sum(self.mass[:, None] * self.v**2))
         self.count = self.looked = self.begun = 0
-        self.span = 0.0  # time since the sheet last gave way to what presses it [s]
         self.relaxation = None
         if relaxes:
             self.relaxation = Relaxation(sheet, self.mass, self.fixed, state.sheet.u, self.limit, self.pacing.duration)
@@ -130,7 +127,7 @@ class Dynamics:
         and dampers carry over from step to step. look : time of the last one [s]"""
         pace = self.first_limit, self.limit, self.wave, self.shrunk, self.count - self.looked, look, self.stable.looks
         found = {"pace": np.array(pace), "density": self.density, "mode": self.stable.vector, "root": self.stable.root}
-        found["overlap"] = self.overlap
+        found["overlap"], found["pinch"] = self.overlap, self.pinch.elastic
         for tool in self.tools:
             name = tool.run.tool.name
             found[f"bounce {name}"] = np.array([tool.reaction, tool.bounce, tool.bounce_before])
@@ -142,7 +139,7 @@ class Dynamics:
     def recall(self, memory):
         """Go on with what `memory` gave."""
         _, self.limit, self.wave, self.shrunk, since, _, looks = memory["pace"].tolist()
-        self.looked, self.overlap = -int(since), memory["overlap"]
+        self.looked, self.overlap, self.pinch.elastic = -int(since), memory["overlap"], memory["pinch"]
         self.stable.recall(memory["mode"], memory["root"], int(looks))
         for tool in self.tools:
             name = tool.run.tool.name
@@ -170,9 +167,10 @@ class Dynamics:
             self.stable, self.limit = without, limit
 
     def gather_half(self):
-        """Half the thickness at the nodes, without its elastic part."""
+        """Half the thickness at the nodes, without the elastic part that strains in the sheet's plane give it."""
         gather_thickness(self.passes.thickness, self.sheet.triangles.area, *self.sheet.corners, self.half)
         self.half -= self.state.sheet.flattened
+        self.half -= self.pinch.elastic
         self.half *= 0.5
 
     def measure_areas(self):
@@ -180,20 +178,6 @@ class Dynamics:
         for tool in self.tools:
             if tool.run.laws is not None:
                 tool.run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half
-
-    def flatten(self):
-        """Let pinched nodes give way to what has pressed them beyond their flow force in the last steps."""
-        if len(self.tools) > 1 and self.span > 0.0:
-            sheet, state = self.sheet, self.state.sheet
-            pressed = np.sort([tool.pressing for tool in self.tools], axis=0)[-2] / self.span
-            hard = pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
-            if hard.any():
-                over = np.maximum(pressed - flow_forces(sheet, state, self.half), 0.0)
-                state.flattened += YIELDING * over * self.limit**2 / self.mass[: len(over)]
-                np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
-        for tool in self.tools:
-            tool.pressing[:] = 0.0
-        self.span = 0.0
 
     def measure_overlap(self):
         """How deep nodes lie in tools they do not touch yet (n,) [mm], as those of a part that has sprung back: the
@@ -295,7 +279,7 @@ class Dynamics:
         )  # fmt: skip
         half = self.half if time >= 0.0 or not self.overlap.any() else self.half - (1.0 - ready) * self.overlap
         touch_tools(self.tools, sheet.u, self.v, half, dt, dtm, self.u_new, self.v_new, self.work)
-        self.span += dtm
+        self.pinch.span += dtm
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -309,7 +293,7 @@ class Dynamics:
             ratio = self.passes.ratio if self.begun else None
             self.sheet.elements.begin(sheet, self.sheet.blank.material, self.method, ratio)
             self.measure_areas()
-            self.flatten()
+            self.pinch.give_way(self.half, self.shrunk * self.limit)
         self.work["internal"] += self.passes.step(sheet, keeps, (self.begun + 1) % BEGIN == 0)
         self.gather_half()
         kinetic, outside, damped = self.sums.sum(axis=0)
@@ -355,10 +339,10 @@ class Dynamics:
         """Work since the last record, {name: mJ}; the contacts' states are finished. The elements begin anew, as they
         do where a run resumes from here."""
         self.begun = 0
-        self.flatten()
+        self.pinch.give_way(self.half, self.shrunk * self.limit)
         self.gather_half()
         for tool in self.tools:
-            tool.record(self.half, span)
+            tool.record(self.half, self.pinch.squeeze, span)
         self.work["kinetic"] = self.kinetic - self.kinetic_recorded
         self.kinetic_recorded = self.kinetic
         done, self.work = self.work, dict.fromkeys(NAMES, 0.0)
