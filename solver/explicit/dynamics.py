@@ -127,7 +127,7 @@ class Dynamics:
         and dampers carry over from step to step. look : time of the last one [s]"""
         pace = self.first_limit, self.limit, self.wave, self.shrunk, self.count - self.looked, look, self.stable.looks
         found = {"pace": np.array(pace), "density": self.density, "mode": self.stable.vector, "root": self.stable.root}
-        found["overlap"], found["pinch"] = self.overlap, self.pinch.elastic
+        found["overlap"], found["pinch"] = self.overlap, self.pinch.elastic.copy()
         for tool in self.tools:
             name = tool.run.tool.name
             found[f"bounce {name}"] = np.array([tool.reaction, tool.bounce, tool.bounce_before])
@@ -140,6 +140,7 @@ class Dynamics:
         """Go on with what `memory` gave."""
         _, self.limit, self.wave, self.shrunk, since, _, looks = memory["pace"].tolist()
         self.looked, self.overlap, self.pinch.elastic = -int(since), memory["overlap"], memory["pinch"]
+        self.gather_half()
         self.stable.recall(memory["mode"], memory["root"], int(looks))
         for tool in self.tools:
             name = tool.run.tool.name
