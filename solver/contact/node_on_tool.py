@@ -5,11 +5,11 @@ Forces and stiffnesses are per node (pressure times tributary area). Symbols: d 
 to the tool, n the tool's normal, h its Hessian hess d = sum kappa/(1 + kappa d) e e^T; g = d - t/2 gap;
 kn, kt normal and tangential stiffness [N/mm]; lam multiplier of the augmented Lagrangian [N];
 N = <lam - kn g> normal force, with <> rounded over a skin of a small part of the thickness (one quadratic
-piece) so that its slope is continuous, and eased beyond the flow force of a node pinched between two tools
-(flattening.py); tau friction force on the sheet, du displacement of the node relative to the
-tool over the increment. tau is carried from the old normal to the new one by the smallest rotation
-that takes one to the other, then trial = R tau_old - kt (1 - n n^T) du, kept inside the circle mu N. Where mu follows
-pressure and sliding speed v = |(1 - n n^T) du| / lapse (friction.py), the circle's radius has slopes by both.
+piece) so that its slope is continuous, and hardly more than a node pinched between two tools bears (flow.py); tau
+friction force on the sheet, du displacement of the node relative to the tool over the increment. tau is carried from
+the old normal to the new one by the smallest rotation that takes one to the other, then trial = R tau_old -
+kt (1 - n n^T) du, kept inside the circle mu N. Where mu follows pressure and sliding speed v = |(1 - n n^T) du| / lapse
+(friction.py), the circle's radius has slopes by both.
 """
 
 from math import sqrt
@@ -17,10 +17,10 @@ from math import sqrt
 import numpy as np
 from numba import njit, prange
 
+from .flow import normal_law
 from .friction import friction_limit, law_at
 
 OPEN, STICK, SLIP = 0, 1, 2
-EASE = 0.02  # of the contact's stiffness, that is left of it where the metal flows
 
 
 @njit(forceinline=True)
@@ -40,20 +40,6 @@ def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(forceinline=True)
-def normal_law(trial, band, held, flow):
-    """Normal force and its slope for trial = lam - kn g: the positive part, rounded where |trial| < band.
-    held : the node may pull at its tool; flow : force beyond which the metal gives way."""
-    force, slope = trial, 1.0
-    if trial <= -band:
-        force, slope = (trial + band, 1.0) if held else (0.0, 0.0)
-    elif trial < band:
-        force, slope = (trial + band) ** 2 / (4.0 * band), 0.5 * (trial + band) / band
-    if force > flow:
-        return flow + EASE * (force - flow), EASE * slope
-    return force, slope
-
-
 def normal_slope(trial, band, held):
     """Slope of the normal law, arrays (n,)."""
     return np.where(held, 1.0, np.clip(0.5 * (trial + band) / band, 0.0, 1.0))
@@ -68,7 +54,7 @@ def trial_of(force, band):
 def node_force(gap, n, h, lam, kn, kt, flow, mu, laws, face, node, skin, tau_old, n_old, du, held, tau, stiffness):
     """Force of one touching node. Fills tau (3,) and stiffness (3, 3) = - d(N n + tau)/dx; returns N and
     the state. held : the node may pull at its tool. laws : in place of mu, or None; compiled apart for each."""
-    normal_force, slope = normal_law(lam - kn * gap, kn * skin, held, flow)
+    normal_force, slope = normal_law(lam - kn * gap, kn * skin, kn, held, flow, node)
     kn = slope * kn
     for i in range(3):
         for j in range(3):
@@ -139,7 +125,7 @@ def contact_forces(
     near : (k,) node ids; distance (k,), normal (k, 3), curvature (k, 2), direction (k, 3), face (k,) of their feet
     mu : coefficient of friction; laws : Laws in its place where it is more than a number, or None
     half_thickness (n,), lam (n,), kn (n,), kt (n,), tau_old (n, 3), n_old (n, 3), state_old (n,) by node;
-    flow : (n,) [N] beyond which the metal gives way, inf of nodes that no two tools touch
+    flow : Flow, of metal that two tools press flat
     skin : half the width of the gap over which the force sets in [mm]
     first : at an increment's first evaluation the nodes that touched before still do, so that the tangent
     knows them; x (n, 3); x_old (n, 3) at the increment's start, carried along with the tool
@@ -161,7 +147,7 @@ def contact_forces(
             # A new contact has no old normal, and no friction force to carry.
             n_start[c] = normal[k, c] if state_old[node] == OPEN else n_old[node, c]
         normal_force[node], state[node] = node_force(
-            gap[node], normal[k], h, lam[node], kn[node], kt[node], flow[node], mu, laws, face[k], node, skin,
+            gap[node], normal[k], h, lam[node], kn[node], kt[node], flow, mu, laws, face[k], node, skin,
             tau_old[node], n_start, du, held, tau[node], stiffness[node],
         )  # fmt: skip
         for c in range(3):

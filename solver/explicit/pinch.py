@@ -11,7 +11,7 @@ makes it thinner for good.
 
 import numpy as np
 
-from ..contact.flattening import flow_forces
+from ..contact.flattening import flow_of
 from .laws import PENALTY
 
 LEAST_FLOW = 0.25  # of the initial yield stress, on a node's initial area: no pinched node flows below
@@ -56,7 +56,7 @@ class Pinch:
             borne = pressed
             hard = pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
             if hard.any():
-                borne = np.minimum(pressed, flow_forces(sheet, state, half_thickness + 0.5 * self.elastic))
+                borne = np.minimum(pressed, flow_of(sheet, state, half_thickness + 0.5 * self.elastic).force)
                 state.flattened += YIELDING * (pressed - borne) / stiffness
                 np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
             # Between rigid tools e takes from p what it gives: no step of it goes beyond where both agree.

@@ -12,7 +12,8 @@ import numpy as np
 from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import balance, borders, carried, to_space, to_tool
 from ..contact.feet import sort_feet
-from ..contact.flattening import flow_forces, give_way
+from ..contact.flattening import flow_of, give_way
+from ..contact.flow import no_flow
 from ..contact.node_on_tool import OPEN, contact_forces
 from ..contact.put_back import LANDING, foresee, put_back
 from ..elements.assembly import gather_blocks, gather_forces
@@ -45,7 +46,7 @@ class Equilibrium:
         m, k = elements.slots.shape
         size = k + 2 * elements.n_translations
         self.skin = method.skin * sheet.blank.thickness
-        self.half_thickness, self.flow_forces, self.flow = np.empty(n), np.full(n, np.inf), np.empty(n)
+        self.half_thickness, self.flow = np.empty(n), no_flow(n)
         self.pinched = np.zeros(n, dtype=bool)  # at some time of the increment
         self.loads = Loads(sheet, stage)
         self.beads, self.uplifts = build_beads(stage, sheet, method), {}
@@ -81,8 +82,8 @@ class Equilibrium:
         stage; 0 keeps the time of the last one"""
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet)
         if len(self.tools) > 1:
-            self.flow_forces = flow_forces(self.sheet, old.sheet, self.half_thickness)
-            self.pinched = old.pinched
+            self.flow = flow_of(self.sheet, old.sheet, self.half_thickness)
+            self.area, self.pinched = self.flow.area.copy(), old.pinched
         for run in self.tools:
             if run.laws is not None:
                 # The sheet's volume is constant.
@@ -154,7 +155,7 @@ class Equilibrium:
         self.contact[:] = 0.0
         if len(self.tools) > 1:
             self.pinched = self.pinched | new.pinched
-        self.flow[:] = np.where(self.pinched, self.flow_forces, np.inf)
+            self.flow.area[:] = np.where(self.pinched, self.area, np.inf)
         for run in self.tools:
             self._touch(run, old, new)
         residual = sheet.external - sheet.internal

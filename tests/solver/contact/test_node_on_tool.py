@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from solver.contact.node_on_tool import EASE, OPEN, SLIP, STICK, contact_forces, hessian_of_distance
+from solver.contact.flow import EASE, Flow, no_flow
+from solver.contact.node_on_tool import OPEN, SLIP, STICK, contact_forces, hessian_of_distance
 from tests.solver.lattice import Ball, Bar, Plane
 
 TOOLS = {
@@ -13,6 +14,14 @@ TOOLS = {
     "bar": Bar((0.0, 0.0, -3.0), 3.0),
 }
 KN, KT = 5.0e4, 2.0e4
+HARD = 900.0  # MPa of pressure for a strain of one
+
+
+def flowing(force, hardening=HARD):
+    """Flow of one node 0.8 mm thick that bears this force on 1 mm^2, and more by its hardening [MPa]."""
+    one = np.ones(1)
+    curve = np.array([0.0, 1.0]), np.array([force, force + hardening])
+    return Flow(0.0 * one, 0.8 * one, one, *curve)
 
 
 def near_skin(tool, rng, gap):
@@ -22,7 +31,7 @@ def near_skin(tool, rng, gap):
     return hit.point + (0.4 + gap) * hit.normal
 
 
-def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None, flow=np.inf):
+def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None, flow=None):
     """Contact force (3,), stiffness (3, 3), status and friction of one node of a sheet 0.8 mm thick."""
     hit = tool.project(x - travel)
     one = np.ones(1)
@@ -30,13 +39,13 @@ def force(tool, x, x_old, move, travel, before, mu, lam=0.0, laws=None, flow=np.
     normal_force, gap, state = np.zeros(1), np.zeros(1), np.zeros(1, np.int64)
     contact_forces(
         np.zeros(1, np.int64), hit.distance, hit.normal, hit.curvature, hit.direction, hit.face, 0.4 * one, 1e-12,
-        False, lam * one, KN * one, KT * one, flow * one, mu, laws, *before, x, x_old + move, f, k, normal_force, tau,
-        n_new, gap, state,
+        False, lam * one, KN * one, KT * one, flow or no_flow(1), mu, laws, *before, x, x_old + move, f, k,
+        normal_force, tau, n_new, gap, state,
     )  # fmt: skip
     return f[0], k[0], state[0], tau[0], normal_force[0]
 
 
-@pytest.mark.parametrize("lam, flow", [(0.0, np.inf), (80.0, np.inf), (0.0, 90.0)])
+@pytest.mark.parametrize("lam, flow", [(0.0, None), (80.0, None), (0.0, flowing(90.0)), (80.0, flowing(90.0))])
 @pytest.mark.parametrize("status", [STICK, SLIP])
 @pytest.mark.parametrize("name", TOOLS)
 def test_tangent_of_normal_and_friction_force(name, status, lam, flow):
@@ -56,7 +65,7 @@ def test_tangent_of_normal_and_friction_force(name, status, lam, flow):
         assert state == status
         assert abs(tau @ tool.project(x).normal[0]) < 1e-9 * np.linalg.norm(f)
         assert np.linalg.norm(tau) <= 0.3 * normal_force * (1 + 1e-12)
-        assert (normal_force > flow) == np.isfinite(flow)
+        assert flow is None or normal_force > flow.force[0]
         step = 1e-7
         numeric = np.empty((3, 3))
         for c in range(3):
@@ -68,18 +77,22 @@ def test_tangent_of_normal_and_friction_force(name, status, lam, flow):
         assert k == pytest.approx(numeric, abs=2e-6 * KN)
 
 
-def test_a_node_of_metal_that_flows_bears_hardly_more():
+@pytest.mark.parametrize("hardening", [0.0, HARD, 50.0 * HARD])
+def test_a_node_of_metal_that_flows_bears_what_its_hardening_lets_it(hardening):
     def pressed(overlap, flow):
         x = np.array([[0.0, 0.0, 0.4 - overlap]])
         nothing = np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(1, np.int64)
         return force(Plane(), x, x, np.zeros(3), np.zeros(3), nothing, 0.0, flow=flow)[4]
 
-    flow = 100.0
-    least = flow / KN  # overlap at which it begins
-    assert pressed(0.5 * least, flow) == pytest.approx(0.5 * flow)
-    assert pressed(least, flow) == pytest.approx(flow)
-    assert pressed(3.0 * least, flow) == pytest.approx((1.0 + 2.0 * EASE) * flow)
-    assert pressed(3.0 * least, np.inf) == pytest.approx(3.0 * flow)
+    flow = flowing(100.0, hardening)
+    least = 100.0 / KN  # overlap at which it begins
+    assert pressed(0.5 * least, flow) == pytest.approx(50.0)
+    assert pressed(least, flow) == pytest.approx(100.0)
+    # KN (overlap - s/2) = 100 + hardening s / t
+    s = 200.0 / (hardening / 0.8 + 0.5 * KN)
+    borne = 100.0 + hardening * s / 0.8
+    assert pressed(3.0 * least, flow) == pytest.approx(borne + EASE * (300.0 - borne))
+    assert pressed(3.0 * least, None) == pytest.approx(300.0)
 
 
 def near_surface(tool, x, gap):
