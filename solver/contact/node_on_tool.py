@@ -45,6 +45,11 @@ def normal_slope(trial, band, held):
     return np.where(held, 1.0, np.clip(0.5 * (trial + band) / band, 0.0, 1.0))
 
 
+def force_of(trial, band):
+    """The normal law, arrays (n,)."""
+    return np.where(trial >= band, trial, np.maximum(trial + band, 0.0) ** 2 / (4.0 * band))
+
+
 def trial_of(force, band):
     """Where the normal law has a force, arrays (n,): its inverse, and -band where there is none."""
     return np.where(force > band, force, 2.0 * np.sqrt(band * np.maximum(force, 0.0)) - band)

@@ -104,7 +104,7 @@ class Dynamics:
             for tool in self.tools
             if tool.run.drive is not None and tool.run.drive.stiffness > 0.0
         }
-        self.pinch = Pinch(sheet, state, self.tools, self.mass, self.limit)
+        self.pinch = Pinch(sheet, state, self.tools, self.mass, method.skin * sheet.blank.thickness, self.limit)
         self.gather_half()
         self.measure_areas()
         self.overlap = self.measure_overlap()

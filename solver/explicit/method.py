@@ -78,7 +78,7 @@ class Explicit:
             if not getattr(self, name) >= 0.0:
                 raise SceneError(f"explicit {name}: found {getattr(self, name)!r}, expected a number of 0 or more")
 
-    # Dynamics stabilises a membrane; the implicit stages' contact stiffness is also that of their tools.
+    # Dynamics stabilises a membrane; what two tools pinch has the implicit stages' contact stiffness and skin.
     torsion = 0.0
     needs_tangents = False
 
@@ -91,6 +91,11 @@ class Explicit:
     def stick(self):
         """Of the implicit stages."""
         return self.springback.stick
+
+    @property
+    def skin(self):
+        """Of the implicit stages."""
+        return self.springback.skin
 
     def describe(self):
         """One line for the plan."""

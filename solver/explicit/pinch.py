@@ -1,17 +1,18 @@
 """What a sheet between two tools gives way to them, in explicit steps: elastically and for good (theory.md 6).
 
-Symbols, of a node: p force that presses it from both sides, on the mean of the last steps; F its flow force
-(contact/flattening.py), so that its metal bears b = min(p, F); K stiffness with which two tools meet it; kn that of one
-of its skins (ToolRun).
+Symbols, of a node: p force that presses it from both sides, on the mean of the last steps; K stiffness with which two
+tools meet it; kn, h stiffness and depth of one of its skins (contact/node_on_tool.py); F flow force (contact/flow.py).
 
-Pressed between two tools the sheet is to become thinner by 2 b / kn, and that comes back. Of this the tools leave it
-b / K by how they meet it; the rest, e = b (2/kn - 1/K), contact takes the sheet to be thinner. What presses beyond F
-makes it thinner for good.
+Two tools leave the sheet less room than its thickness, by q = e + p/K, where e is what contact takes it to be thinner.
+Squeezed so, it bears b(q): the implicit solver's law, but for its setting in where the tools touch, 2 h later. Where p
+is more than b, e grows, where it is less, e falls: between rigid tools q stays and p follows, of a tool that is driven
+p stays and q follows. What presses beyond F makes the sheet thinner for good instead.
 """
 
 import numpy as np
 
 from ..contact.flattening import flow_of
+from ..contact.node_on_tool import force_of
 from .laws import PENALTY
 
 LEAST_FLOW = 0.25  # of the initial yield stress, on a node's initial area: no pinched node flows below
@@ -22,17 +23,17 @@ YIELDING = 0.2  # part of the way that a node gives at once: its neighbours may 
 class Pinch:
     """The pinched nodes of one sheet in one stage.
 
-    tools : ToolContacts; mass (n,) [tonne]; step : stable one [s]
+    tools : ToolContacts; mass (n,) [tonne]; skin : h [mm]; step : stable one [s]
     """
 
-    def __init__(self, sheet, state, tools, mass, step):
+    def __init__(self, sheet, state, tools, mass, skin, step):
         self.sheet, self.state, self.tools, self.mass = sheet, state, tools, mass[: len(sheet.points)]
+        self.skin = skin
         self.span = 0.0  # time over which the tools have counted what presses [s]
-        self.squeeze = state.squeeze - state.sheet.flattened  # elastic part, 2 b / kn [mm]
+        self.squeeze = state.squeeze - state.sheet.flattened  # q [mm]
         self.elastic = np.zeros(len(self.squeeze))  # e [mm]
         if self.there:
-            stiffness, rest = self.stiffness(step)
-            self.elastic += 0.5 * tools[0].run.kn * rest * self.squeeze
+            self.elastic = np.maximum(self.squeeze - self.borne(self.squeeze) / self.stiffness(step), 0.0)
 
     @property
     def there(self):
@@ -40,28 +41,31 @@ class Pinch:
         return len(self.tools) > 1
 
     def stiffness(self, step):
-        """K (n,) [N/mm], and what is left of a skin's compliance to contact, e / b (n,) [mm/N]."""
+        """K (n,) [N/mm]."""
         tool = self.tools[0]
-        stiffness = self.mass / step**2
-        if tool.law == PENALTY:
-            stiffness *= 0.5 * tool.parameter
-        return stiffness, np.maximum(2.0 / tool.run.kn - 1.0 / stiffness, 0.0)
+        return self.mass / step**2 * (0.5 * tool.parameter if tool.law == PENALTY else 1.0)
+
+    def borne(self, squeeze):
+        """b (n,) [N]."""
+        kn = self.tools[0].run.kn
+        return force_of(kn * (0.5 * squeeze - self.skin), kn * self.skin)
 
     def give_way(self, half_thickness, step):
         """Let nodes give way to what has pressed them in the last steps. half_thickness : (n,) in contact [mm]"""
         if self.there and self.span > 0.0:
-            sheet, state = self.sheet, self.state.sheet
+            sheet, state, stiffness = self.sheet, self.state.sheet, self.stiffness(step)
             pressed = np.sort([tool.pressing for tool in self.tools], axis=0)[-2] / self.span
-            stiffness, rest = self.stiffness(step)
-            borne = pressed
+            bears, flows = self.borne(self.elastic + pressed / stiffness), False
             hard = pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
             if hard.any():
-                borne = np.minimum(pressed, flow_of(sheet, state, half_thickness + 0.5 * self.elastic).force)
-                state.flattened += YIELDING * (pressed - borne) / stiffness
-                np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
-            # Between rigid tools e takes from p what it gives: no step of it goes beyond where both agree.
-            self.elastic += YIELDING / (1.0 + stiffness * rest) * (borne * rest - self.elastic)
-            self.squeeze = self.elastic + borne / stiffness
+                most = flow_of(sheet, state, half_thickness + 0.5 * self.elastic).force
+                flows = np.minimum(pressed, bears) > most
+                bears = np.minimum(bears, most)
+            gives = YIELDING * np.where(pressed > 0.0, (pressed - bears) / stiffness, -self.elastic)
+            self.elastic = np.maximum(self.elastic + np.where(flows, 0.0, gives), 0.0)
+            state.flattened += np.where(flows, gives, 0.0)
+            np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
+            self.squeeze = self.elastic + pressed / stiffness
         for tool in self.tools:
             tool.pressing[:] = 0.0
         self.span = 0.0

@@ -24,9 +24,11 @@ from tests.solver.lattice import Ball, Plane, square
 from tests.solver.resuming import interrupted
 
 STEEL = Material(206000.0, 0.3, PlanarHill(1.77), Swift(565.32, 0.007117, 0.2589))
-FINE = Implicit(increments=Increments(first=1e-3, largest=1e-3))
+THIN = 3e-4  # skin, a tenth of the default: closed forms know nothing of it
+FINE = Implicit(increments=Increments(first=1e-3, largest=1e-3), skin=THIN)
+EXPLICIT = Explicit(springback=FINE)
 STIFFNESS = 0.5 * FINE.penalty * STEEL.young * 1.0 / 2.5**2  # of the whole thickness, 1 mm, on a mesh of 2.5 [MPa/mm]
-SKIN = 2.0 * FINE.skin
+SKIN = 2.0 * THIN  # of both sides [mm]: the explicit solver's contact sets in over it once tools touch, not before
 
 
 def sheet(n=8, length=20.0, element=None):
@@ -64,7 +66,7 @@ def test_a_pressed_sheet_bears_its_flow_stress_and_stays_as_thin_as_it_was_press
 
 
 @pytest.mark.parametrize("element", [Membrane(), Shell(5)], ids=["membrane", "shell"])
-@pytest.mark.parametrize("method", [FINE, Explicit()], ids=["implicit", "explicit"])
+@pytest.mark.parametrize("method", [FINE, EXPLICIT], ids=["implicit", "explicit"])
 def test_what_rests_on_one_node_sinks_until_others_bear_with_it(method, element):
     """A ball of 500 mm pressed into a sheet on a plane, node by node."""
     blank, radius, deep = sheet(element=element), 500.0, 0.03
@@ -74,15 +76,16 @@ def test_what_rests_on_one_node_sinks_until_others_bear_with_it(method, element)
     results = form(Scene(blank, [Stage([die, ball])]), method, frames=2)
     sag = np.sum((blank.mesh.points[:, :2] - middle) ** 2, axis=1) / (2.0 * radius)
     fields = results.frames[-1].point_fields
-    expected, found = borne(deep - sag), fields["contact_pressure"]
+    expected = borne(deep - sag - (SKIN if method is EXPLICIT else 0.0))
+    found = fields["contact_pressure"]
     flows = deep - sag > 0.004
     assert flows.sum() == 13
     # The tools leave no other room to what they pinch.
     assert fields["squeeze"][flows] == pytest.approx((deep - sag)[flows], abs=2e-4)
     assert found[flows] == pytest.approx(expected[flows], rel=0.03 if method is FINE else 0.05)
-    # Those next to them feel the skin over which contact sets in.
+    # Those next to them feel the skin over which contact sets in, and those of a shell its bending.
     assert (found[~flows] < 0.25 * expected.max()).all()
-    assert found[sag > deep + SKIN] == pytest.approx(0.0, abs=1e-4 * expected.max())
+    assert found[sag > deep + 0.006] == pytest.approx(0.0, abs=1e-4 * expected.max())
 
 
 class Mixed(SimpleNamespace):
@@ -95,8 +98,8 @@ class Mixed(SimpleNamespace):
         return getattr(self, stage.name)
 
 
-@pytest.mark.parametrize("second", [Implicit(), Explicit()], ids=["implicit", "explicit"])
-@pytest.mark.parametrize("first", [Implicit(), Explicit()], ids=["implicit", "explicit"])
+@pytest.mark.parametrize("second", [Implicit(skin=THIN), EXPLICIT], ids=["implicit", "explicit"])
+@pytest.mark.parametrize("first", [Implicit(skin=THIN), EXPLICIT], ids=["implicit", "explicit"])
 def test_a_holder_presses_a_sheet_as_thin_whichever_solver_forms_and_goes_on(first, second):
     """At 300 MPa, well beyond first yield, borne at once; then it is held."""
     die = Tool("DIE", Plane((0.0, 0.0, -0.5)))
@@ -107,15 +110,15 @@ def test_a_holder_presses_a_sheet_as_thin_whichever_solver_forms_and_goes_on(fir
     expected = np.interp(300.0, borne(squeeze), squeeze)
     history = {name: np.array(values) for name, values in results.history.items()}
     held, way = history["stage"] == "hold", history["travel_HOLDER"]
-    assert way[-1] == pytest.approx(expected, rel=0.01)
+    assert way[-1] == pytest.approx(expected + (SKIN if second is EXPLICIT else 0.0), rel=0.01)
     assert history["squeeze_max"][-1] == pytest.approx(way[-1], rel=1e-3)
-    # It has gone on from where it was: a solver that pressed too little presses on, none springs back.
-    assert way[~held][-1] == pytest.approx(expected, rel=0.01 if isinstance(first, Implicit) else 0.1)
+    # It goes on from where it was: a solver that pressed too little presses on, nothing springs back.
+    assert way[~held][-1] == pytest.approx(expected, rel=0.1 if first is EXPLICIT else 0.01)
     assert np.abs(np.diff(way[held])).max() < 0.05 * expected
-    assert (way[held] > way[~held][-1] - 0.005 * expected).all()
+    assert (way[held] > way[~held][-1] - SKIN).all()
 
 
-@pytest.mark.parametrize("method", [FINE, Explicit()], ids=["implicit", "explicit"])
+@pytest.mark.parametrize("method", [FINE, EXPLICIT], ids=["implicit", "explicit"])
 def test_a_run_that_resumes_knows_how_far_its_sheet_was_flattened(method, tmp_path):
     die = Tool("DIE", Plane((0.0, 0.0, -0.5)))
     ball = Tool("BALL", Ball((10.0, 10.0, 500.5), 500.0), axis=(0, 0, -1), travel=0.03)
