@@ -175,10 +175,12 @@ class Dynamics:
         self.half *= 0.5
 
     def measure_areas(self):
-        """Area of the nodes now, for friction that depends on pressure: the sheet's volume is constant."""
+        """Area of the nodes now, for friction that depends on pressure: the sheet's volume is constant but for what is
+        elastic."""
         for tool in self.tools:
             if tool.run.laws is not None:
-                tool.run.laws.area[:] = 0.5 * self.sheet.area * self.sheet.blank.thickness / self.half
+                thickness = 2.0 * self.half + self.pinch.elastic
+                tool.run.laws.area[:] = self.sheet.area * self.sheet.blank.thickness / thickness
 
     def measure_overlap(self):
         """How deep nodes lie in tools they do not touch yet (n,) [mm], as those of a part that has sprung back: the
