@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-EASE = 0.005  # of the contact's stiffness, that is left of it where metal flows that does not harden
+EASE = 0.005  # of the contact's stiffness, that is left of it beside the hardening of metal that flows
 TRIES, EXACT = 30, 1e-12  # of the search for s; relative to the force
 
 
@@ -72,7 +72,7 @@ def normal_law(trial, band, kn, held, flow, node):
     bears, hardens = flow_force(flow, node, 0.0)
     if force <= bears:
         return force, slope
-    # Newton's method: what is borne rises with s and what presses falls, both ever more slowly, so that s only grows.
+    # Newton's method: what is borne never falls with s, and what presses does.
     s, presses, gives = 0.0, force, slope
     for _ in range(TRIES):
         if abs(presses - bears) <= EXACT * force:

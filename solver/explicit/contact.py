@@ -354,7 +354,7 @@ class ToolContact:
 
     def record(self, half_thickness, squeeze, span):
         """Finish the contact's state: its force is the mean over the span [s] since the last record. squeeze : elastic
-        one of what two tools pinch (n,) [mm], half of it at either: an implicit stage finds that force by it"""
+        one of what two tools pinch (n,) [mm], half of it at either: an implicit stage finds its own force by it"""
         contact = self.contact
         contact.force[:] = self.impulse / span
         self.impulse[:] = 0.0
@@ -362,8 +362,8 @@ class ToolContact:
         far[self.near] = False
         contact.gap[far] = (self.run.neighbourhood.distance - half_thickness)[far]
         for foot in contact.feet:
-            if self.law == KINEMATIC:
-                foot.gap[:] = np.where(foot.status != OPEN, -0.5 * squeeze, foot.gap)
+            known = (foot.status != OPEN) & ((self.law == KINEMATIC) | (squeeze > 0.0))
+            foot.gap[:] = np.where(known, -0.5 * squeeze, foot.gap)
             foot.multiplier[:] = np.maximum(foot.normal_force - 0.5 * self.run.kn * squeeze, 0.0)
 
 

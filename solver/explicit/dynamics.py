@@ -141,6 +141,7 @@ class Dynamics:
         _, self.limit, self.wave, self.shrunk, since, _, looks = memory["pace"].tolist()
         self.looked, self.overlap, self.pinch.elastic = -int(since), memory["overlap"], memory["pinch"]
         self.gather_half()
+        self.measure_areas()
         self.stable.recall(memory["mode"], memory["root"], int(looks))
         for tool in self.tools:
             name = tool.run.tool.name
@@ -282,7 +283,7 @@ class Dynamics:
         )  # fmt: skip
         half = self.half if time >= 0.0 or not self.overlap.any() else self.half - (1.0 - ready) * self.overlap
         touch_tools(self.tools, sheet.u, self.v, half, dt, dtm, self.u_new, self.v_new, self.work)
-        self.pinch.span += dtm
+        self.pinch.count_step(dtm)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -296,7 +297,7 @@ class Dynamics:
             ratio = self.passes.ratio if self.begun else None
             self.sheet.elements.begin(sheet, self.sheet.blank.material, self.method, ratio)
             self.measure_areas()
-            self.pinch.give_way(self.half, self.shrunk * self.limit)
+            self.pinch.give_way(self.half, dt)
         self.work["internal"] += self.passes.step(sheet, keeps, (self.begun + 1) % BEGIN == 0)
         self.gather_half()
         kinetic, outside, damped = self.sums.sum(axis=0)
@@ -338,12 +339,13 @@ class Dynamics:
         held = share > 0.0
         return STOP * float(np.min(self.mass[: len(share)][held] / share[held], initial=np.inf)) / self.limit**2
 
-    def record(self, span):
+    def record(self, span, dt):
         """Work since the last record, {name: mJ}; the contacts' states are finished. The elements begin anew, as they
-        do where a run resumes from here."""
+        do where a run resumes from here. span : time since then; dt : the last step [s]"""
         self.begun = 0
-        self.pinch.give_way(self.half, self.shrunk * self.limit)
+        self.pinch.give_way(self.half, dt)
         self.gather_half()
+        self.measure_areas()
         for tool in self.tools:
             tool.record(self.half, self.pinch.squeeze, span)
         self.work["kinetic"] = self.kinetic - self.kinetic_recorded

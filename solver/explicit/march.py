@@ -102,7 +102,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             fraction = end
         elif time == target:
             fraction = 0.0 if time == 0.0 else stops[np.searchsorted(stops, place.fraction + 1e-9)]
-        work = dynamics.record(time - recorded)
+        work = dynamics.record(time - recorded, dt)
         drift = balance.add(work)
         if drift > method.drift:
             raise StepFailed(

@@ -17,7 +17,7 @@ from .laws import PENALTY
 
 LEAST_FLOW = 0.25  # of the initial yield stress, on a node's initial area: no pinched node flows below
 MOST_FLAT = 0.5  # of the thickness: the run ends with the next record
-YIELDING = 0.2  # part of the way that a node gives at once: its neighbours may come to help
+YIELDING, STEPS = 0.5, 20  # part of the way that a node gives, in so many steps: its neighbours may come to help
 
 
 class Pinch:
@@ -29,7 +29,7 @@ class Pinch:
     def __init__(self, sheet, state, tools, mass, skin, step):
         self.sheet, self.state, self.tools, self.mass = sheet, state, tools, mass[: len(sheet.points)]
         self.skin = skin
-        self.span = 0.0  # time over which the tools have counted what presses [s]
+        self.span, self.count = 0.0, 0  # time [s] and steps over which the tools have counted what presses
         self.squeeze = state.squeeze - state.sheet.flattened  # q [mm]
         self.elastic = np.zeros(len(self.squeeze))  # e [mm]
         if self.there:
@@ -43,15 +43,23 @@ class Pinch:
     def stiffness(self, step):
         """K (n,) [N/mm]."""
         tool = self.tools[0]
-        return self.mass / step**2 * (0.5 * tool.parameter if tool.law == PENALTY else 1.0)
+        return self.mass * (0.5 * tool.parameter if tool.law == PENALTY else 1.0 / step**2)
 
     def borne(self, squeeze):
         """b (n,) [N]."""
         kn = self.tools[0].run.kn
         return force_of(kn * (0.5 * squeeze - self.skin), kn * self.skin)
 
+    def count_step(self, dtm):
+        """A step more in which the tools pressed."""
+        self.span += dtm
+        self.count += 1
+
     def give_way(self, half_thickness, step):
-        """Let nodes give way to what has pressed them in the last steps. half_thickness : (n,) in contact [mm]"""
+        """Let nodes give way to what has pressed them in the last steps.
+
+        half_thickness : (n,) in contact [mm]; step : the last one [s], which may be far below the stable one
+        """
         if self.there and self.span > 0.0:
             sheet, state, stiffness = self.sheet, self.state.sheet, self.stiffness(step)
             pressed = np.sort([tool.pressing for tool in self.tools], axis=0)[-2] / self.span
@@ -59,13 +67,15 @@ class Pinch:
             hard = pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
             if hard.any():
                 most = flow_of(sheet, state, half_thickness + 0.5 * self.elastic).force
+                most[~hard] = np.inf
                 flows = np.minimum(pressed, bears) > most
                 bears = np.minimum(bears, most)
-            gives = YIELDING * np.where(pressed > 0.0, (pressed - bears) / stiffness, -self.elastic)
+            part = 1.0 - (1.0 - YIELDING) ** (self.count / STEPS)
+            gives = part * np.where(pressed > 0.0, (pressed - bears) / stiffness, -self.elastic)
             self.elastic = np.maximum(self.elastic + np.where(flows, 0.0, gives), 0.0)
             state.flattened += np.where(flows, gives, 0.0)
             np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
             self.squeeze = self.elastic + pressed / stiffness
         for tool in self.tools:
             tool.pressing[:] = 0.0
-        self.span = 0.0
+        self.span, self.count = 0.0, 0

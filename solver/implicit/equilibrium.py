@@ -46,7 +46,7 @@ class Equilibrium:
         m, k = elements.slots.shape
         size = k + 2 * elements.n_translations
         self.skin = method.skin * sheet.blank.thickness
-        self.half_thickness, self.flow = np.empty(n), no_flow(n)
+        self.half_thickness, self.flow, self.flow_area = np.empty(n), no_flow(n), np.empty(n)
         self.pinched = np.zeros(n, dtype=bool)  # at some time of the increment
         self.loads = Loads(sheet, stage)
         self.beads, self.uplifts = build_beads(stage, sheet, method), {}
@@ -83,7 +83,7 @@ class Equilibrium:
         self.half_thickness = 0.5 * self.sheet.nodal_thickness(old.sheet)
         if len(self.tools) > 1:
             self.flow = flow_of(self.sheet, old.sheet, self.half_thickness)
-            self.area, self.pinched = self.flow.area.copy(), old.pinched
+            self.flow_area, self.pinched = self.flow.area.copy(), old.pinched
         for run in self.tools:
             if run.laws is not None:
                 # The sheet's volume is constant.
@@ -155,7 +155,7 @@ class Equilibrium:
         self.contact[:] = 0.0
         if len(self.tools) > 1:
             self.pinched = self.pinched | new.pinched
-            self.flow.area[:] = np.where(self.pinched, self.area, np.inf)
+            self.flow.area[:] = np.where(self.pinched, self.flow_area, np.inf)
         for run in self.tools:
             self._touch(run, old, new)
         residual = sheet.external - sheet.internal

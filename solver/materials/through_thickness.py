@@ -28,4 +28,5 @@ def flow_pressure(law):
     if not equivalent:
         return np.zeros(1), np.full(1, np.inf)
     equivalent[0] = 0.0  # the flow sets in within the first of these small steps
-    return np.array(equivalent), np.array(stress)
+    # Metal that softens is pressed flat by what it bore: contact knows no falling force.
+    return np.array(equivalent), np.maximum.accumulate(stress)

@@ -1,5 +1,7 @@
 """Metal between two tools, pressed beyond its flow stress, in both solvers."""
 
+import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +12,10 @@ from solver import (
     Explicit,
     Implicit,
     Increments,
+    Kinematic,
     Material,
     Membrane,
+    Penalty,
     PlanarHill,
     Scene,
     Shell,
@@ -56,7 +60,7 @@ def test_a_pressed_sheet_bears_its_flow_stress_and_stays_as_thin_as_it_was_press
     pressing = history["stage"] == "press"
     way, pressure = history["travel_PUNCH"][pressing], np.abs(history["force_PUNCH"][pressing]) / 400.0
     assert len(way) > 20
-    # Contact sets in over its skin, and hardening counts from the increment's end on.
+    # Contact sets in over its skin.
     flows = way > 0.01
     assert pressure[flows] == pytest.approx(borne(way[flows]), rel=0.01)
     # What is elastic comes back: a tool that hardly presses finds the rest.
@@ -116,6 +120,31 @@ def test_a_holder_presses_a_sheet_as_thin_whichever_solver_forms_and_goes_on(fir
     assert way[~held][-1] == pytest.approx(expected, rel=0.1 if first is EXPLICIT else 0.01)
     assert np.abs(np.diff(way[held])).max() < 0.05 * expected
     assert (way[held] > way[~held][-1] - SKIN).all()
+
+
+def pressed_at_once(contact, frames=2):
+    """Holder's way [mm] under 300 MPa, and held for a stage more; what its contact gives."""
+    die = Tool("DIE", Plane((0.0, 0.0, -0.5)))
+    holder = Tool("HOLDER", Plane((0.0, 0.0, 0.5), (0, 0, -1)), axis=(0, 0, -1), force=300.0 * 400.0)
+    stages = [Stage([die, holder], name=name) for name in ("press", "hold")]
+    results = form(Scene(sheet(), stages), replace(EXPLICIT, contact=contact), frames=frames)
+    step = float(re.search(r"steps of (\S+) s", results.notes[0])[1])
+    return results.history["travel_HOLDER"][-1], 300.0 * step**2 / STEEL.density
+
+
+@pytest.mark.parametrize("contact, least", [(Kinematic(), 0.0), (Penalty(), 2.0 / 0.2)], ids=["kinematic", "penalty"])
+def test_metal_flows_under_every_law_of_contact(contact, least):
+    way, given = pressed_at_once(contact)
+    for_good = np.interp(300.0, borne(np.linspace(0.0, 0.1, 10001)), np.linspace(0.0, 0.1, 10001)) - 300.0 / STIFFNESS
+    # A soft penalty gives by more than the sheet would.
+    elastic = max(300.0 / STIFFNESS + SKIN, least * given)
+    assert way == pytest.approx(for_good + elastic, rel=0.02)
+
+
+def test_how_many_records_a_run_has_does_not_press_its_sheet_thinner():
+    """Records cut steps short; a short step is a stiff contact."""
+    few, many = (pressed_at_once(Kinematic(), frames)[0] for frames in (2, 300))
+    assert many < 1.01 * few and many > 0.8 * few
 
 
 @pytest.mark.parametrize("method", [FINE, EXPLICIT], ids=["implicit", "explicit"])
