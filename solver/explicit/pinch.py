@@ -17,7 +17,7 @@ from .laws import PENALTY
 
 LEAST_FLOW = 0.25  # of the initial yield stress, on a node's initial area: no pinched node flows below
 MOST_FLAT = 0.5  # of the thickness: the run ends with the next record
-YIELDING, STEPS = 0.5, 20  # part of the way that a node gives, in so many steps: its neighbours may come to help
+GIVING, YIELDING, STEPS = 0.2, 0.5, 20  # part of the way that a node gives, elastically and for good, in so many steps
 
 
 class Pinch:
@@ -70,7 +70,7 @@ class Pinch:
                 most[~hard] = np.inf
                 flows = np.minimum(pressed, bears) > most
                 bears = np.minimum(bears, most)
-            part = 1.0 - (1.0 - YIELDING) ** (self.count / STEPS)
+            part = 1.0 - (1.0 - np.where(flows, YIELDING, GIVING)) ** (self.count / STEPS)
             gives = part * np.where(pressed > 0.0, (pressed - bears) / stiffness, -self.elastic)
             self.elastic = np.maximum(self.elastic + np.where(flows, 0.0, gives), 0.0)
             state.flattened += np.where(flows, gives, 0.0)
