@@ -23,7 +23,7 @@ def test_punch_force_and_thickness_agree_with_the_implicit_solver(metal):
     assert forces[0] == pytest.approx(forces[1], abs=0.02 * forces[1].max())
     for frames in zip(explicit.frames, implicit.frames, strict=True):
         thickness = [frame.cell_fields["thickness"] for frame in frames]
-        assert thickness[0] == pytest.approx(thickness[1], rel=0.02)
+        assert thickness[0] == pytest.approx(thickness[1], rel={"steel": 0.015, "aluminium": 0.025}[metal])
     held = np.array(explicit.history["force_BLANK_HOLDER"])[np.array(explicit.history["stroke"]) > 1.0]
     assert held.mean() == pytest.approx(19600.0, rel=0.01)
     assert explicit.history["kinetic_share"][-1] < 0.01
