@@ -23,10 +23,12 @@ import solver
 from cadlink import Rectangle, mesh_blank
 from solver.explicit.dynamics import Dynamics
 from solver.explicit.march import start_march
+from solver.explicit.pinch import Pinch
 from solver.sheet import build_sheet
 from solver.state import State, new_sheet
 
 from .bench_elements import STEEL
+from .cup_problem import cup_scene
 from .stretch_problems import PUNCHES, punch_errors, punch_scene
 
 YARDSTICK = 1350.0  # ns per quadrilateral and step
@@ -223,7 +225,7 @@ def cup_shares(size=2.5, travel=20.0, waves=4.0):
     """The square cup in steel, explicitly and fast, to a depth: steps, and the share of contact in their CPU time."""
     from solver.explicit import dynamics
 
-    scene = cup(size, travel)
+    scene, _ = cup_scene("steel", size, travel)
     clock = SimpleNamespace(contact=0.0, step=0.0)
 
     def timed(function, name):
@@ -236,15 +238,16 @@ def cup_shares(size=2.5, travel=20.0, waves=4.0):
 
         return work
 
-    touch, step = dynamics.touch_tools, Dynamics.step
+    touch, give, step = dynamics.touch_tools, Pinch.give_way, Dynamics.step
     threads = numba.get_num_threads()
     try:
         numba.set_num_threads(1)
-        solver.form(cup(size, 0.1), solver.Explicit(waves=0.1), frames=1)  # compiles
-        dynamics.touch_tools, Dynamics.step = timed(touch, "contact"), timed(step, "step")
+        solver.form(cup_scene("steel", size, 0.1)[0], solver.Explicit(waves=0.1), frames=1)  # compiles
+        dynamics.touch_tools, Pinch.give_way = timed(touch, "contact"), timed(give, "contact")
+        Dynamics.step = timed(step, "step")
         results = solver.form(scene, solver.Explicit(waves=waves), frames=1)
     finally:
-        dynamics.touch_tools, Dynamics.step = touch, step
+        dynamics.touch_tools, Pinch.give_way, Dynamics.step = touch, give, step
         numba.set_num_threads(threads)
     m, steps = len(scene.blank.mesh.cells), int(np.sum(results.history["iterations"]))
     return {
@@ -256,20 +259,6 @@ def cup_shares(size=2.5, travel=20.0, waves=4.0):
         "kinetic_share": float(np.interp(0.5 * travel, results.history["stroke"], results.history["kinetic_share"])),
         "imbalance_share": results.energy["imbalance"] / results.energy["external"],
     }
-
-
-def cup(size, travel):
-    """A quarter of the square cup from its STEP file."""
-    from pathlib import Path
-
-    from .scene_file import SceneFile
-
-    path = Path(__file__).resolve().parents[1] / "examples" / "square_cup" / "steel.toml"
-    file = SceneFile.read(path)
-    blank = file.keys.blank.model_copy(update={"size": size})
-    punch = file.keys.tools["PUNCH"].model_copy(update={"travel": -travel})
-    keys = file.keys.model_copy(update={"blank": blank, "tools": file.keys.tools | {"PUNCH": punch}})
-    return SceneFile(path, keys).build()
 
 
 HEADER = [

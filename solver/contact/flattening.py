@@ -1,16 +1,15 @@
 """Metal between two tools flows across its thickness before it bears more than its flow stress (theory.md 6).
 
 Elements know a sheet's thickness from its strains in the plane only. Rigid tools rest on its thickest node, with a
-pressure that no metal has. So a pinched node bears F and hardly more (flow.py); what it gives way beyond that is added
-to `flattened`, and contact takes the sheet to be that much thinner there. Where the metal goes to, sideways, elements
-are not told: it is little.
+pressure that no metal has. So a pinched node bears F and hardly more (normal_law.py); what it gives way beyond that is
+added to `flattened`, and contact takes the sheet to be that much thinner there. Where the metal goes to, sideways,
+elements are not told: it is little.
 """
 
 import numpy as np
 
 from ..elements.assembly import gather_thickness
-from .flow import Flow
-from .node_on_tool import trial_of
+from .normal_law import Flow, trial_of
 
 FLAT = 1.0 / 3.0  # of the thickness, by which tools press no sheet that is drawn
 

@@ -5,7 +5,7 @@ Forces and stiffnesses are per node (pressure times tributary area). Symbols: d 
 to the tool, n the tool's normal, h its Hessian hess d = sum kappa/(1 + kappa d) e e^T; g = d - t/2 gap;
 kn, kt normal and tangential stiffness [N/mm]; lam multiplier of the augmented Lagrangian [N];
 N = <lam - kn g> normal force, with <> rounded over a skin of a small part of the thickness (one quadratic
-piece) so that its slope is continuous, and hardly more than a node pinched between two tools bears (flow.py); tau
+piece) so that its slope is continuous, and hardly more than metal between two tools bears (normal_law.py); tau
 friction force on the sheet, du displacement of the node relative to the tool over the increment. tau is carried from
 the old normal to the new one by the smallest rotation that takes one to the other, then trial = R tau_old -
 kt (1 - n n^T) du, kept inside the circle mu N. Where mu follows pressure and sliding speed v = |(1 - n n^T) du| / lapse
@@ -17,8 +17,8 @@ from math import sqrt
 import numpy as np
 from numba import njit, prange
 
-from .flow import normal_law
 from .friction import friction_limit, law_at
+from .normal_law import normal_law
 
 OPEN, STICK, SLIP = 0, 1, 2
 
@@ -38,21 +38,6 @@ def hessian_of_distance(d, n, curvature, e1, h):
 def dot(a, b):
     """Scalar product of two 3-vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def normal_slope(trial, band, held):
-    """Slope of the normal law, arrays (n,)."""
-    return np.where(held, 1.0, np.clip(0.5 * (trial + band) / band, 0.0, 1.0))
-
-
-def force_of(trial, band):
-    """The normal law, arrays (n,)."""
-    return np.where(trial >= band, trial, np.maximum(trial + band, 0.0) ** 2 / (4.0 * band))
-
-
-def trial_of(force, band):
-    """Where the normal law has a force, arrays (n,): its inverse, and -band where there is none."""
-    return np.where(force > band, force, 2.0 * np.sqrt(band * np.maximum(force, 0.0)) - band)
 
 
 @njit(forceinline=True)

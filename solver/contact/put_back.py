@@ -19,7 +19,8 @@ import numpy as np
 
 from .drive import movement_of, to_space, to_tool
 from .feet import SAME_WALL
-from .node_on_tool import OPEN, normal_slope, trial_of
+from .node_on_tool import OPEN
+from .normal_law import normal_slope, trial_of
 
 LANDING = 0.1  # slope of the contact law where a node lands: its force is a hundredth of that at the rounding's middle
 GRAZE = 1e-3  # slope below which a node bears nothing

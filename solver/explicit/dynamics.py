@@ -127,7 +127,8 @@ class Dynamics:
         and dampers carry over from step to step. look : time of the last one [s]"""
         pace = self.first_limit, self.limit, self.wave, self.shrunk, self.count - self.looked, look, self.stable.looks
         found = {"pace": np.array(pace), "density": self.density, "mode": self.stable.vector, "root": self.stable.root}
-        found["overlap"], found["pinch"] = self.overlap, self.pinch.elastic.copy()
+        found["overlap"] = self.overlap
+        found |= self.pinch.memory()
         for tool in self.tools:
             name = tool.run.tool.name
             found[f"bounce {name}"] = np.array([tool.reaction, tool.bounce, tool.bounce_before])
@@ -139,7 +140,8 @@ class Dynamics:
     def recall(self, memory):
         """Go on with what `memory` gave."""
         _, self.limit, self.wave, self.shrunk, since, _, looks = memory["pace"].tolist()
-        self.looked, self.overlap, self.pinch.elastic = -int(since), memory["overlap"], memory["pinch"]
+        self.looked, self.overlap = -int(since), memory["overlap"]
+        self.pinch.recall(memory)
         self.gather_half()
         self.measure_areas()
         self.stable.recall(memory["mode"], memory["root"], int(looks))
@@ -283,7 +285,7 @@ class Dynamics:
         )  # fmt: skip
         half = self.half if time >= 0.0 or not self.overlap.any() else self.half - (1.0 - ready) * self.overlap
         touch_tools(self.tools, sheet.u, self.v, half, dt, dtm, self.u_new, self.v_new, self.work)
-        self.pinch.count_step(dtm)
+        self.pinch.give_way(self.half, dt, dtm)
         account(self.v, self.v_new, self.mass, sheet.external, sheet.internal, self.fixed, dtm, self.damping, self.sums)
         if self.beads:
             path = 0.5 * dtm * (self.v + self.v_new)[: len(sheet.x)]
@@ -297,7 +299,6 @@ class Dynamics:
             ratio = self.passes.ratio if self.begun else None
             self.sheet.elements.begin(sheet, self.sheet.blank.material, self.method, ratio)
             self.measure_areas()
-            self.pinch.give_way(self.half, dt)
         self.work["internal"] += self.passes.step(sheet, keeps, (self.begun + 1) % BEGIN == 0)
         self.gather_half()
         kinetic, outside, damped = self.sums.sum(axis=0)
@@ -339,12 +340,10 @@ class Dynamics:
         held = share > 0.0
         return STOP * float(np.min(self.mass[: len(share)][held] / share[held], initial=np.inf)) / self.limit**2
 
-    def record(self, span, dt):
+    def record(self, span):
         """Work since the last record, {name: mJ}; the contacts' states are finished. The elements begin anew, as they
-        do where a run resumes from here. span : time since then; dt : the last step [s]"""
+        do where a run resumes from here. span : time since then [s]"""
         self.begun = 0
-        self.pinch.give_way(self.half, dt)
-        self.gather_half()
         self.measure_areas()
         for tool in self.tools:
             tool.record(self.half, self.pinch.squeeze, span)

@@ -20,6 +20,7 @@ log = logging.getLogger("cadlink")
 RECORDS = 200  # of a stage, about
 LOOKS = 50  # at the stable step in a stage, and more where triangles shrink: a look costs some 20 steps
 CREEP = 1e-3  # change of the step from one to the next
+LONGER = 0.02  # part by which steps to a stop may exceed the stable step (`safety` of the limit) as it shrinks
 
 
 class Steps(NamedTuple):
@@ -79,11 +80,12 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             if time - look > pacing.duration / LOOKS or dynamics.overdue():
                 dynamics.look()
                 look = time
-            before, dt = dt, min(max(dynamics.shortest(), (1.0 - CREEP) * dt), (1.0 + CREEP) * dt)
+            shortest = dynamics.shortest()
+            before, dt = dt, min(max(shortest, (1.0 - CREEP) * dt), (1.0 + CREEP) * dt)
             # Equal steps up to the next stop, and no sudden change: a node pinched between tools would feel it.
             ahead = np.inf
             if target < np.inf:
-                ahead = max(int(np.ceil((target - time) / dt - 1e-6)), 1)
+                ahead = steps_ahead(target - time, before, dt, (1.0 + LONGER) * shortest)
                 dt = (target - time) / ahead
             after = target if ahead == 1 else time + dt
             dynamics.step(time, dt, before, place.settles or after >= due)
@@ -102,7 +104,7 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
             fraction = end
         elif time == target:
             fraction = 0.0 if time == 0.0 else stops[np.searchsorted(stops, place.fraction + 1e-9)]
-        work = dynamics.record(time - recorded, dt)
+        work = dynamics.record(time - recorded)
         drift = balance.add(work)
         if drift > method.drift:
             raise StepFailed(
@@ -133,6 +135,15 @@ def march(sheet, stage, tools, old, new, begun, method, stops):
         recorded, steps = time, 0
         yield Recorded(place, outcome, 0, work, notes)
         notes = ()
+
+
+def steps_ahead(left, before, wanted, longest):
+    """Number of equal steps over a time left [s]: of the wanted length at most, but as many as there were to be with
+    the step before while they are no longer than the longest. As the stable step shrinks, one more would halve the last
+    two."""
+    planned = max(round(left / before), 1)
+    needed = max(int(np.ceil(left / wanted - 1e-6)), 1)
+    return planned if planned < needed and left / planned <= longest else needed
 
 
 def record_after(fraction):

@@ -13,8 +13,8 @@ from ..contact.drawbead import build_beads, uplifts
 from ..contact.drive import balance, borders, carried, to_space, to_tool
 from ..contact.feet import sort_feet
 from ..contact.flattening import flow_of, give_way
-from ..contact.flow import no_flow
 from ..contact.node_on_tool import OPEN, contact_forces
+from ..contact.normal_law import no_flow
 from ..contact.put_back import LANDING, foresee, put_back
 from ..elements.assembly import gather_blocks, gather_forces
 from ..loads import Loads

@@ -28,5 +28,5 @@ def flow_pressure(law):
     if not equivalent:
         return np.zeros(1), np.full(1, np.inf)
     equivalent[0] = 0.0  # the flow sets in within the first of these small steps
-    # Metal that softens is pressed flat by what it bore: contact knows no falling force.
+    # Contact knows no falling force: metal that softens is taken to bear on what it bore.
     return np.array(equivalent), np.maximum.accumulate(stress)

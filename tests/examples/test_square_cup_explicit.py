@@ -1,20 +1,25 @@
-"""The square cup, explicit against implicit, with the defaults of both."""
+"""The square cup, explicit against implicit."""
 
 import numpy as np
 import pytest
 
 from plugins.cup_problem import cup_scene
-from solver import Explicit, Implicit, form
+from solver import Explicit, Implicit, Increments, form
 
 WINDOW = 1.0  # mm, over which the punch force is averaged
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("metal", ["steel", "aluminium"])
-def test_punch_force_and_thickness_agree_with_the_implicit_solver(metal):
+@pytest.mark.parametrize(
+    "metal, implicit, worst",
+    # Near necking the default's increments alone make a triangle of the aluminium cup 1 % thinner.
+    [("steel", Implicit(), 0.01), ("aluminium", Implicit(increments=Increments(largest=0.1)), 0.02)],
+    ids=["steel", "aluminium"],
+)
+def test_punch_force_and_thickness_agree_with_the_implicit_solver(metal, implicit, worst):
     """The example's mesh and depth, every triangle of it."""
     scene, _ = cup_scene(metal, 2.5, 40.0)
-    explicit, implicit = (form(scene, method) for method in (Explicit(), Implicit()))
+    explicit, implicit = (form(scene, method) for method in (Explicit(), implicit))
     strokes = np.linspace(1.0, 39.0, 381)
     forces = []
     for results in (explicit, implicit):
@@ -23,7 +28,7 @@ def test_punch_force_and_thickness_agree_with_the_implicit_solver(metal):
     assert forces[0] == pytest.approx(forces[1], abs=0.02 * forces[1].max())
     for frames in zip(explicit.frames, implicit.frames, strict=True):
         thickness = [frame.cell_fields["thickness"] for frame in frames]
-        assert thickness[0] == pytest.approx(thickness[1], rel={"steel": 0.015, "aluminium": 0.025}[metal])
+        assert thickness[0] == pytest.approx(thickness[1], rel=worst)
     held = np.array(explicit.history["force_BLANK_HOLDER"])[np.array(explicit.history["stroke"]) > 1.0]
     assert held.mean() == pytest.approx(19600.0, rel=0.01)
     assert explicit.history["kinetic_share"][-1] < 0.01

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from solver.contact.flow import EASE, Flow, no_flow
 from solver.contact.node_on_tool import OPEN, SLIP, STICK, contact_forces, hessian_of_distance
+from solver.contact.normal_law import EASE, Flow, elastic_force, force_of, no_flow, normal_slope, trial_of
 from tests.solver.lattice import Ball, Bar, Plane
 
 TOOLS = {
@@ -93,6 +93,19 @@ def test_a_node_of_metal_that_flows_bears_what_its_hardening_lets_it(hardening):
     borne = 100.0 + hardening * s / 0.8
     assert pressed(3.0 * least, flow) == pytest.approx(borne + EASE * (300.0 - borne))
     assert pressed(3.0 * least, None) == pytest.approx(300.0)
+
+
+def test_the_law_is_one_for_a_node_and_for_arrays():
+    band, trial = 2.0, np.array([-3.0, -2.0, -1.0, 0.0, 1.9, 2.0, 5.0])
+    one = np.array([elastic(f, band) for f in trial])
+    assert force_of(trial, band) == pytest.approx(one[:, 0])
+    assert normal_slope(trial, band, np.zeros(7, dtype=bool)) == pytest.approx(one[:, 1])
+    assert trial_of(one[1:, 0], band) == pytest.approx(trial[1:])
+
+
+@njit
+def elastic(trial, band):
+    return elastic_force(trial, band, False)
 
 
 def near_surface(tool, x, gap):

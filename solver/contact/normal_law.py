@@ -1,11 +1,12 @@
-"""What metal between two tools bears at most while it is pressed flat (theory.md 6).
+"""The normal force of a node by its trial force, and what metal between two tools bears at most (theory.md 6).
 
-Symbols, of a node: N force that presses it from both sides, A its area, t thickness of its elements, s what it gives
-way in an increment [mm]; F(s) = A p(e + s/t) with p the sheet's flow pressure (materials/through_thickness.py) at the
-equivalent plastic strain e: what it is pressed thinner hardens it by s/t, as it does von Mises' metal.
+Symbols, of a node: f trial force and g its law, the positive part rounded over a band |f| < kn h [N] (h skin [mm]);
+N force that presses it, A its area, t thickness of its elements, s what it gives way in an increment [mm];
+F(s) = A p(e + s/t) with p the sheet's flow pressure (materials/through_thickness.py) at the equivalent plastic strain
+e: what it is pressed thinner hardens it by s/t, as it does von Mises' metal.
 
-f, g trial force and its law (node_on_tool.py). What gives way half to either tool takes from both, N = g(f - kn s/2).
-Beyond F(0) the metal flows by the s with N = F(s).
+What gives way half to either tool takes from both, N = g(f - kn s/2). Beyond F(0) metal between two tools flows by
+the s with N = F(s).
 """
 
 from typing import NamedTuple
@@ -43,7 +44,7 @@ def no_flow(n):
 
 @njit(forceinline=True)
 def elastic_force(trial, band, held):
-    """g and its slope: the positive part, rounded where |trial| < band. held : the node may pull at its tool."""
+    """g [N] and its slope. trial : f, band [N]; held : the node may pull at its tool"""
     if trial <= -band:
         return (trial + band, 1.0) if held else (0.0, 0.0)
     if trial < band:
@@ -51,9 +52,24 @@ def elastic_force(trial, band, held):
     return trial, 1.0
 
 
+def normal_slope(trial, band, held):
+    """Slope of g, arrays (n,) [N]. held : as above"""
+    return np.where(held, 1.0, np.clip(0.5 * (trial + band) / band, 0.0, 1.0))
+
+
+def force_of(trial, band):
+    """g, arrays (n,) [N]."""
+    return np.where(trial >= band, trial, np.maximum(trial + band, 0.0) ** 2 / (4.0 * band))
+
+
+def trial_of(force, band):
+    """Where g has a force, arrays (n,) [N]: its inverse, and -band where there is none."""
+    return np.where(force > band, force, 2.0 * np.sqrt(band * np.maximum(force, 0.0)) - band)
+
+
 @njit(forceinline=True)
 def flow_force(flow, node, s):
-    """F and its slope, between the points of the curve a straight line."""
+    """F [N] and its slope [N/mm] at s [mm], between the points of the curve a straight line."""
     strain = flow.strain[node] + s / flow.thickness[node]
     k = np.searchsorted(flow.strains, strain, side="right")
     if k == 0 or k == len(flow.strains):
@@ -65,7 +81,7 @@ def flow_force(flow, node, s):
 
 @njit(forceinline=True)
 def normal_law(trial, band, kn, held, flow, node):
-    """N and its slope by the trial force."""
+    """N [N] and its slope by the trial force [N]. kn [N/mm]; flow : Flow"""
     force, slope = elastic_force(trial, band, held)
     if flow.area[node] == np.inf:
         return force, slope
