@@ -10,14 +10,48 @@ p stays and q follows. What presses beyond F makes the sheet thinner for good in
 """
 
 import numpy as np
+from numba import njit
 
 from ..contact.flattening import flow_of
-from ..contact.normal_law import force_of
+from ..contact.normal_law import elastic_force, force_of
 from .laws import PENALTY
 
 LEAST_FLOW = 0.25  # of the initial yield stress, on a node's initial area: no pinched node flows below
 MOST_FLAT = 0.5  # of the thickness: the run ends with the next record
 YIELDING, STEPS = 0.5, 20  # part of the way that a node gives at once, and how many steps press before it does
+
+
+@njit(cache=True)
+def pressed_between(pressing, pressed):
+    """Fills pressed (n,) with what presses nodes from both sides: the second largest of pressing (k, n), of k tools,
+    which begin to count anew."""
+    for node in range(pressing.shape[1]):
+        first = second = 0.0
+        for tool in range(pressing.shape[0]):
+            one = pressing[tool, node]
+            pressing[tool, node] = 0.0
+            first, second = max(first, one), max(second, min(first, one))
+        pressed[node] = second
+
+
+@njit(cache=True)
+def yield_to(pressed, stiffness, most, kn, skin, flattest, elastic, flattened, squeeze):
+    """Lets nodes give way to what presses them. All arrays (n,).
+
+    pressed : p [N]; stiffness : K; most : F, inf where there is none [N]; kn; skin : h; flattest [mm]
+    changes elastic : e, flattened [mm]; fills squeeze : q [mm]
+    """
+    for node in range(pressed.shape[0]):
+        p, k, e = pressed[node], stiffness[node], elastic[node]
+        if p > 0.0 or e > 0.0:
+            band = kn[node] * skin
+            bears = elastic_force(kn[node] * (0.5 * (e + p / k) - skin), band, False)[0]
+            gives = YIELDING * (p - min(bears, most[node])) / k
+            if min(p, bears) > most[node]:
+                flattened[node] = min(flattened[node] + gives, flattest)
+            else:
+                elastic[node] = e = max(e + gives, 0.0)
+        squeeze[node] = e + p / k
 
 
 class Pinch:
@@ -31,7 +65,12 @@ class Pinch:
         self.skin = skin
         self.span, self.count = 0.0, 0  # time [s] and steps over which the tools have counted what presses
         self.squeeze = state.squeeze - state.sheet.flattened  # q [mm]
-        self.elastic = np.zeros(len(self.squeeze))  # e [mm]
+        n = len(self.squeeze)
+        self.elastic, self.pressed = np.zeros(n), np.zeros(n)  # e [mm], p [N]
+        self.unyielding = np.full(n, np.inf)
+        self.pressing = np.zeros((len(tools), n))
+        for tool, row in zip(tools, self.pressing, strict=True):
+            tool.pressing = row
         if self.may_pinch:
             self.elastic = np.maximum(self.squeeze - self.borne(self.squeeze) / self.stiffness(step), 0.0)
 
@@ -62,22 +101,16 @@ class Pinch:
         self.count += 1
         if self.count < STEPS:
             return
-        sheet, state, stiffness = self.sheet, self.state.sheet, self.stiffness(dt)
-        pressed = np.sort([tool.pressing for tool in self.tools], axis=0)[-2] / self.span
-        bears, flows = self.borne(self.elastic + pressed / stiffness), False
-        hard = pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
+        sheet, state, most = self.sheet, self.state.sheet, self.unyielding
+        pressed_between(self.pressing, self.pressed)
+        self.pressed /= self.span
+        hard = self.pressed > LEAST_FLOW * sheet.blank.material.initial_yield_stress * sheet.area
         if hard.any():
-            most = flow_of(sheet, state, half_thickness + 0.5 * self.elastic).force
-            most[~hard] = np.inf
-            flows = np.minimum(pressed, bears) > most
-            bears = np.minimum(bears, most)
-        gives = YIELDING * (pressed - bears) / stiffness
-        self.elastic = np.maximum(self.elastic + np.where(flows, 0.0, gives), 0.0)
-        state.flattened += np.where(flows, gives, 0.0)
-        np.minimum(state.flattened, MOST_FLAT * sheet.blank.thickness, out=state.flattened)
-        self.squeeze = self.elastic + pressed / stiffness
-        for tool in self.tools:
-            tool.pressing[:] = 0.0
+            most = np.where(hard, flow_of(sheet, state, half_thickness + 0.5 * self.elastic).force, most)
+        yield_to(
+            self.pressed, self.stiffness(dt), most, self.tools[0].run.kn, self.skin,
+            MOST_FLAT * sheet.blank.thickness, self.elastic, state.flattened, self.squeeze,
+        )  # fmt: skip
         self.span, self.count = 0.0, 0
 
     def memory(self):

@@ -23,6 +23,8 @@ STILL = 1e-2  # least way that counts as one, relative to the thickness
 SHORT = 20  # steps of the first comparison
 SPAN = 0.5  # of 1/omega, that later ones span; they lengthen by no more than a factor of two
 LONGEST = 100.0  # swings of the sheet as a cantilever, and stages, after which it will not come to rest
+ROUNDING = 10.0  # of a place, that what is out of balance may be though nothing is
+FADED = 9.23  # omega t after which critical damping has left REST of a swing
 
 
 class Relaxation:
@@ -44,6 +46,10 @@ class Relaxation:
         extent = float(np.ptp(sheet.points, axis=0).max())
         swing = 2.0 * pi * extent**2 / (3.516 * t) * sqrt(12.0 * material.density / material.young)
         self.patience = LONGEST * max(swing, duration)
+        # Of places, which are of the size of the extent, in the forces of a step that the sheet just bears.
+        self.rounding = ROUNDING * np.finfo(float).eps * extent * (2.0 / dt) ** 2 * sqrt(float(mass.sum()))
+        # A slower swing could not fade in that time. A sheet that slides freely has none, and its drift fades as one.
+        self.slowest = FADED / self.patience
         self.residual, self.kinetic = np.inf, np.inf  # as ways still to go, over the stage's
 
     def memory(self):
@@ -76,7 +82,7 @@ class Relaxation:
             d = np.where(self.free, u - self.u, 0.0)
             weight = float(np.sum(self.mass * d * d))
             if weight > 0.0:
-                self.omega = sqrt(max(float(np.sum(d * (g - self.g))) / weight, 0.0))
+                self.omega = sqrt(max(float(np.sum(d * (g - self.g))) / weight, self.slowest**2))
             self.damping = min(2.0 * self.omega, 1.0 / dt)
         self.u[:], self.g = u, g
         self.span = min(2.0 * self.span, max(SPAN / self.omega, SHORT * dt)) if self.omega > 0.0 else self.span
@@ -85,7 +91,8 @@ class Relaxation:
         way = max(way, self.least)
         kinetic = 0.5 * float(np.sum(self.mass * np.where(self.free, mean, 0.0) ** 2)) + others
         reach = max(self.omega, 1e-300) * way
-        self.residual = sqrt(float(np.sum(out**2 / self.mass))) / max(self.omega * reach, 1e-300)
+        unrounded = max(sqrt(float(np.sum(out**2 / self.mass))) - self.rounding, 0.0)
+        self.residual = unrounded / max(self.omega * reach, 1e-300)
         self.kinetic = sqrt(2.0 * kinetic) / reach
         self.rested = self.rested + 1 if max(self.residual, self.kinetic) <= REST else 0
         return True

@@ -29,7 +29,7 @@ class Increments:
     """
 
     first: float = 0.1
-    largest: float = 0.5
+    largest: float = 0.2
     swift: int = 10
     slow: int = 18
 
