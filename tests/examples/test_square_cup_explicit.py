@@ -4,22 +4,17 @@ import numpy as np
 import pytest
 
 from plugins.cup_problem import cup_scene
-from solver import Explicit, Implicit, Increments, form
+from solver import Explicit, Implicit, form
 
 WINDOW = 1.0  # mm, over which the punch force is averaged
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "metal, implicit, worst",
-    # Near necking the default's increments alone make a triangle of the aluminium cup 1 % thinner.
-    [("steel", Implicit(), 0.01), ("aluminium", Implicit(increments=Increments(largest=0.1)), 0.02)],
-    ids=["steel", "aluminium"],
-)
-def test_punch_force_and_thickness_agree_with_the_implicit_solver(metal, implicit, worst):
+@pytest.mark.parametrize("metal, worst", [("steel", 0.01), ("aluminium", 0.02)])
+def test_punch_force_and_thickness_agree_with_the_implicit_solver(metal, worst):
     """The example's mesh and depth, every triangle of it."""
     scene, _ = cup_scene(metal, 2.5, 40.0)
-    explicit, implicit = (form(scene, method) for method in (Explicit(), implicit))
+    explicit, implicit = (form(scene, method) for method in (Explicit(), Implicit()))
     strokes = np.linspace(1.0, 39.0, 381)
     forces = []
     for results in (explicit, implicit):
